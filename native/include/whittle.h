@@ -1,0 +1,416 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* The public interface of the Whittle core, and its manual. */
+
+#ifndef WHITTLE_H
+#define WHITTLE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Conventions that hold everywhere
+ *
+ * - World space is right-handed and in the caller's units; matrices are row-major double[16] and
+ *   map column vectors: p' = M (p, 1). Images have row 0 at the bottom.
+ * - Option structs are zero-initialised by the caller: zero means the default.
+ * - A function that can fail returns a whittle_status and, if `error` is not NULL, fills it with
+ *   the name of the argument at fault and a sentence. Nothing prints, exits or keeps the pointers
+ *   that it is given beyond the call, unless it says so.
+ * - A scene belongs to one thread while it is changed or built. After whittle_scene_build any
+ *   number of threads may trace and render it at once; changing it meanwhile is WHITTLE_BUSY.
+ * - Results are the same bits for every instruction set, number of threads, packet size and
+ *   builder setting. */
+
+#define WHITTLE_VERSION "0.1.0"
+
+#if defined(__GNUC__)
+#define WHITTLE_API __attribute__((visibility("default")))
+#else
+#define WHITTLE_API
+#endif
+
+/* ---- Errors -------------------------------------------------------------------------------- */
+
+typedef enum whittle_status {
+  WHITTLE_OK = 0,
+  WHITTLE_INVALID_ARGUMENT, /* `argument` names it */
+  WHITTLE_OUT_OF_MEMORY,
+  WHITTLE_BUSY,        /* the scene is being traced, rendered or built by someone else */
+  WHITTLE_NOT_BUILT,   /* tracing needs whittle_scene_build after the last change */
+  WHITTLE_CANCELLED,   /* the progress callback said stop */
+  WHITTLE_UNSUPPORTED, /* the CPU, or WHITTLE_ISA, rules it out */
+} whittle_status;
+
+typedef struct whittle_error {
+  whittle_status status;
+  char argument[32]; /* the argument at fault, or "" */
+  char message[224]; /* one sentence in English */
+} whittle_error;
+
+/* ---- Progress and cancelling ---------------------------------------------------------------- */
+
+/* Called on the calling thread, at most 20 times a second, with the fraction done in [0, 1].
+ * Returning 0 cancels: the call then frees what it holds and returns WHITTLE_CANCELLED. */
+typedef struct whittle_progress {
+  int (*report)(void *user, double fraction);
+  void *user;
+} whittle_progress;
+
+/* ---- The machine ----------------------------------------------------------------------------- */
+
+/* The instruction set in use: "sse4.2", "avx2" or "avx512". It is chosen by cpuid and xgetbv when
+ * first asked for, or by the environment variable WHITTLE_ISA; NULL and an error if that names one
+ * which this CPU or system cannot run. */
+WHITTLE_API const char *whittle_isa(whittle_error *error);
+
+/* The instruction sets that can run here, narrowest first, ended by NULL. */
+WHITTLE_API const char *const *whittle_isas(void);
+
+/* How many threads `threads = 0` means: the fewest of the processors online, those this process
+ * may run on, and the whole processors of its container's quota; at least 1. */
+WHITTLE_API uint32_t whittle_default_threads(void);
+
+/* ---- Scene ----------------------------------------------------------------------------------- */
+
+typedef struct whittle_scene whittle_scene;
+
+/* Which rays see an instance. */
+enum {
+  WHITTLE_CAMERA = 1,
+  WHITTLE_SHADOW = 2,
+  WHITTLE_REFLECTION = 4,
+  WHITTLE_REFRACTION = 8,
+  WHITTLE_ALL = 15,
+};
+
+typedef struct whittle_mesh {
+  const float *positions; /* vertex_count x 3, finite or not: bad triangles are dropped */
+  size_t vertex_count;
+  const uint32_t *triangles; /* triangle_count x 3 indices below vertex_count */
+  size_t triangle_count;
+  const float *normals;      /* NULL: flat. vertex_count x 3, or triangle_count x 3 x 3 */
+  int normals_by_corner;     /* which of the two */
+  const uint32_t *materials; /* NULL: all 0. triangle_count indices into the materials */
+} whittle_mesh;
+
+WHITTLE_API whittle_status whittle_scene_create(whittle_scene **scene, whittle_error *error);
+WHITTLE_API void whittle_scene_destroy(whittle_scene *scene); /* NULL is fine */
+
+/* Copies the arrays and gives the mesh's index, counted from 0. */
+WHITTLE_API whittle_status whittle_scene_add_mesh(whittle_scene *scene, const whittle_mesh *mesh,
+                                                  uint32_t *index, whittle_error *error);
+
+/* Places a mesh. `transform` must be finite and invertible with last row 0 0 0 1. `object_id` is
+ * what the object index pass shows. */
+WHITTLE_API whittle_status whittle_scene_add_instance(whittle_scene *scene, uint32_t mesh,
+                                                      const double transform[16], int32_t object_id,
+                                                      uint32_t visibility, uint32_t *index,
+                                                      whittle_error *error);
+
+/* What a surface does with light; a surface is the sum of its lobes and all zero is black.
+ * Per channel and for light at angle theta to the normal, F the exact dielectric reflectance of
+ * `ior`, S the Schlick ramp (1 - cos theta)^5:
+ *   mirror ray:    mirror + metal_weight (metal + (1 - metal) S) + specular F
+ *   refracted ray: transmission (1 - F)
+ *   light:         diffuse (1 - specular F) / pi, and with roughness > 0 a GGX highlight
+ * With roughness 0 the mirror ray is traced; above, it is not: only lights show, as a GGX
+ * highlight, and the world's colour. Refraction is always sharp. */
+typedef struct whittle_material {
+  float diffuse[3];
+  float mirror[3];       /* constant with angle */
+  float metal[3];        /* reflectance at normal incidence */
+  float metal_weight;    /* 0 to 1 */
+  float specular[3];     /* tint of the dielectric reflection */
+  float transmission[3]; /* tint of the refracted ray */
+  float emission[3];     /* radiance, both sides */
+  float ior;             /* 0: 1.5 */
+  float roughness;       /* as in Blender: GGX alpha = roughness^2 */
+} whittle_material;
+
+typedef enum whittle_light_kind { WHITTLE_POINT = 0, WHITTLE_SUN = 1 } whittle_light_kind;
+
+typedef struct whittle_light {
+  whittle_light_kind kind;
+  double position[3];  /* point: world position */
+  double direction[3]; /* sun: the way its light travels, any length but 0 */
+  float intensity[3];  /* point: radiant intensity, W/sr; sun: irradiance, W/m^2 */
+  int no_shadow;
+} whittle_light;
+
+typedef struct whittle_world {
+  float color[3];   /* radiance that rays see which leave the scene */
+  float ambient[3]; /* radiance that lights every diffuse surface, unshadowed */
+} whittle_world;
+
+/* Each replaces what was set before; they need no new build. A scene without materials is white
+ * diffuse (0.8), one without lights is dark. Material indices of meshes are checked at render. */
+WHITTLE_API whittle_status whittle_scene_set_materials(whittle_scene *scene,
+                                                       const whittle_material *materials,
+                                                       size_t count, whittle_error *error);
+WHITTLE_API whittle_status whittle_scene_set_lights(whittle_scene *scene,
+                                                    const whittle_light *lights, size_t count,
+                                                    whittle_error *error);
+WHITTLE_API whittle_status whittle_scene_set_world(whittle_scene *scene,
+                                                   const whittle_world *world,
+                                                   whittle_error *error);
+
+/* ---- Build ----------------------------------------------------------------------------------- */
+
+typedef struct whittle_build_options {
+  uint32_t threads;        /* 0: whittle_default_threads() */
+  uint32_t bins;           /* 0: 16; 2 to 64 */
+  uint32_t max_leaf;       /* 0: 8; 1 to 64 triangles */
+  float traversal_cost;    /* 0: 1, in triangle tests */
+  whittle_progress progress;
+} whittle_build_options;
+
+typedef struct whittle_build_stats {
+  uint64_t triangles;          /* in the tree, all instances together */
+  uint64_t dropped_non_finite; /* triangles with a vertex that is not finite once placed */
+  uint64_t dropped_zero_area;  /* points and lines */
+  uint32_t meshes, instances;
+  uint32_t nodes, leaves, depth; /* depth: edges from the root to the deepest leaf */
+  uint32_t largest_leaf;
+  uint32_t threads, bins;
+  double sah_cost;          /* (C sum of inner areas + sum of count x leaf area) / root area */
+  uint64_t bytes;           /* of the finished structures: nodes, indices, triangles, meshes */
+  uint64_t bytes_nodes, bytes_triangles, bytes_meshes;
+  double seconds, seconds_flatten, seconds_tree; /* wall time */
+  double center[3];         /* what was subtracted from world positions */
+  int32_t exponent;         /* and then they were divided by 2^exponent */
+} whittle_build_stats;
+
+/* Builds or rebuilds everything that tracing needs. `stats` may be NULL. After WHITTLE_CANCELLED or
+ * an error the scene is as before the call. */
+WHITTLE_API whittle_status whittle_scene_build(whittle_scene *scene,
+                                               const whittle_build_options *options,
+                                               whittle_build_stats *stats, whittle_error *error);
+
+/* Triangles dropped from one mesh (placed by its instances), as counted by the last build. */
+WHITTLE_API whittle_status whittle_scene_dropped(const whittle_scene *scene, uint32_t mesh,
+                                                 uint64_t *non_finite, uint64_t *zero_area,
+                                                 whittle_error *error);
+
+/* One node of the binary tree, as the lecture draws it. Children are adjacent: left at left_first,
+ * right at left_first + 1. count > 0 marks a leaf over count entries of the triangle order from
+ * left_first on. Node 0 is the root; bounds are in scene space: (world - center) / 2^exponent. */
+typedef struct whittle_node {
+  float bounds_min[3];
+  uint32_t left_first;
+  float bounds_max[3];
+  uint32_t count;
+} whittle_node;
+
+/* The finished tree: owned by the scene, valid until it changes. An empty scene has 0 nodes. */
+typedef struct whittle_tree {
+  const whittle_node *nodes;
+  size_t node_count;
+  size_t triangle_count;
+} whittle_tree;
+WHITTLE_API whittle_status whittle_scene_tree(const whittle_scene *scene, whittle_tree *tree,
+                                              whittle_error *error);
+
+/* Copies the triangles in leaf order: vertices float[9] in scene space, the caller's instance and
+ * triangle indices. Any pointer may be NULL. */
+WHITTLE_API whittle_status whittle_scene_triangles(const whittle_scene *scene, float *vertices,
+                                                   uint32_t *instances, uint32_t *triangles,
+                                                   whittle_error *error);
+
+/* ---- Tracing rays ---------------------------------------------------------------------------- */
+
+/* Numbers laid out in memory with any strides, so that arrays of structures, structures of arrays
+ * and single values all fit. */
+typedef struct whittle_array {
+  const void *data;
+  int is_double;              /* double instead of float */
+  ptrdiff_t stride;           /* bytes from one ray to the next; 0: one value for all */
+  ptrdiff_t component_stride; /* bytes from x to y to z */
+} whittle_array;
+
+typedef struct whittle_rays {
+  size_t count;
+  whittle_array origins;    /* world space */
+  whittle_array directions; /* any finite non-zero length; t is in units of that length */
+  whittle_array t_min;      /* data NULL: 0 */
+  whittle_array t_max;      /* data NULL: infinity; a hit has t_min < t <= t_max */
+  uint32_t visibility;      /* instances are seen if they share a bit; 0: WHITTLE_ALL */
+} whittle_rays;
+
+/* Where results go: one entry a ray; NULL arrays are left out. */
+typedef struct whittle_hits {
+  float *t;           /* infinity: miss */
+  int32_t *instance;  /* -1: miss */
+  int32_t *triangle;  /* the caller's index in its mesh; -1: miss */
+  float *u, *v;       /* weights of the second and third vertex */
+  uint32_t *nodes;     /* nodes that this ray alone visits on the binary tree, root included */
+  uint32_t *triangles; /* triangles that it tests */
+} whittle_hits;
+
+typedef struct whittle_trace_options {
+  uint32_t threads; /* 0: whittle_default_threads() */
+  uint32_t packet;  /* consecutive rays traced as one packet: 0: chosen; 1: single rays; to 1024 */
+} whittle_trace_options;
+
+/* The nearest hit of each ray; among hits at equal t that of the lowest (instance, triangle).
+ * Rays with a non-finite number or a zero direction miss. Asking for nodes or triangles uses the
+ * counting single-ray traversal; the hits are the same bits. */
+WHITTLE_API whittle_status whittle_intersect(const whittle_scene *scene, const whittle_rays *rays,
+                                             const whittle_hits *hits,
+                                             const whittle_trace_options *options,
+                                             whittle_error *error);
+
+/* Whether anything lies on each ray: blocked[i] = 1 or 0. */
+WHITTLE_API whittle_status whittle_occluded(const whittle_scene *scene, const whittle_rays *rays,
+                                            uint8_t *blocked, const whittle_trace_options *options,
+                                            whittle_error *error);
+
+/* The oracle: every triangle tested in double precision by another formula, no tree. Takes the same
+ * rebased float vertices and rays. `nodes` and `triangles` are not written. */
+WHITTLE_API whittle_status whittle_reference_intersect(const whittle_scene *scene,
+                                                       const whittle_rays *rays,
+                                                       const whittle_hits *hits,
+                                                       const whittle_trace_options *options,
+                                                       whittle_error *error);
+
+/* ---- Rendering ------------------------------------------------------------------------------- */
+
+typedef struct whittle_camera {
+  double to_world[16];   /* camera looks along its -z, y is up */
+  double projection[16]; /* as OpenGL's: perspective or orthographic, shift and aspect inside */
+  double clip_start, clip_end; /* depths along the view; clip_end 0: no far clip */
+  uint32_t width, height;      /* of the whole image */
+  uint32_t region[4];          /* x0, y0, x1, y1 of what is rendered; all 0: everything */
+} whittle_camera;
+
+typedef enum whittle_mode {
+  WHITTLE_FAST = 0, /* the automatic choice */
+  WHITTLE_LECTURE,  /* binary packets: first ray, frustum, brute force; counts coherence */
+  WHITTLE_SINGLE,   /* one ray at a time */
+} whittle_mode;
+
+typedef enum whittle_pattern {
+  WHITTLE_REGULAR = 0, /* centres of an n x n grid */
+  WHITTLE_STRATIFIED,  /* one random point in each cell, by hashing pixel, sample and seed */
+} whittle_pattern;
+
+typedef struct whittle_settings {
+  uint32_t samples;   /* per pixel, a square number: 1 (0), 4, 9, 16, ... 4096 */
+  whittle_pattern pattern;
+  uint32_t seed;      /* of the stratified pattern */
+  uint32_t max_depth; /* bounces after the first hit; 0: 8; up to 64 */
+  int no_bounces;     /* depth 0: neither mirror nor refracted rays */
+  float cutoff;       /* rays that would add less than this share are dropped; 0: 1/1024 */
+  int no_cutoff;      /* drop none but those of weight 0 */
+  int transparent;    /* background leaves colour and alpha 0 */
+  whittle_mode mode;
+  uint32_t packet;    /* rays in a packet: 0: chosen; 1, 16, 64, 256, 1024 */
+  uint32_t threads;   /* 0: whittle_default_threads() */
+  int generic;        /* use the kernel that leaves nothing out */
+  whittle_progress progress;
+} whittle_settings;
+
+/* The images that a render can make. Counters hold what each pixel's rays cost alone on the binary
+ * tree, summed over its samples. Depth is along the view axis, 1e10 where nothing is hit; depth,
+ * position, normal and object index are those of the sample nearest the pixel's centre. */
+typedef enum whittle_pass {
+  WHITTLE_PASS_COMBINED = 0, /* 4: linear RGB times alpha, alpha */
+  WHITTLE_PASS_DEPTH,        /* 1 */
+  WHITTLE_PASS_POSITION,     /* 3: world space */
+  WHITTLE_PASS_NORMAL,       /* 3: world space, smooth, towards the camera */
+  WHITTLE_PASS_OBJECT_INDEX, /* 1 */
+  WHITTLE_PASS_NODES,        /* 1: of all rays; then by kind */
+  WHITTLE_PASS_NODES_PRIMARY,
+  WHITTLE_PASS_NODES_SHADOW,
+  WHITTLE_PASS_NODES_REFLECTION,
+  WHITTLE_PASS_NODES_REFRACTION,
+  WHITTLE_PASS_TRIANGLES,
+  WHITTLE_PASS_TRIANGLES_PRIMARY,
+  WHITTLE_PASS_TRIANGLES_SHADOW,
+  WHITTLE_PASS_TRIANGLES_REFLECTION,
+  WHITTLE_PASS_TRIANGLES_REFRACTION,
+  WHITTLE_PASS_COUNT,
+} whittle_pass;
+
+/* Name ("combined", "nodes_shadow", ...) and number of channels of a pass. */
+WHITTLE_API const char *whittle_pass_name(whittle_pass pass);
+WHITTLE_API uint32_t whittle_pass_channels(whittle_pass pass);
+
+/* Buffers of region height x region width x channels floats; NULL where a pass is not wanted. A
+ * wanted counter pass makes the render count. */
+typedef struct whittle_image {
+  float *pass[WHITTLE_PASS_COUNT];
+} whittle_image;
+
+enum { WHITTLE_RAY_PRIMARY = 0, WHITTLE_RAY_SHADOW, WHITTLE_RAY_REFLECTION, WHITTLE_RAY_REFRACTION,
+       WHITTLE_RAY_KINDS };
+
+/* What a scene and its settings need; the rest is left out of the kernel and of memory. */
+enum {
+  WHITTLE_NEED_MIRROR = 1,       /* a material reflects sharply */
+  WHITTLE_NEED_GLASS = 2,        /* a material transmits */
+  WHITTLE_NEED_SMOOTH = 4,       /* a mesh has normals */
+  WHITTLE_NEED_LIGHTS = 8,       /* more than one light */
+  WHITTLE_NEED_HIGHLIGHT = 16,   /* a reflecting material is rough */
+  WHITTLE_NEED_COUNTERS = 32,    /* a counter pass is wanted */
+  WHITTLE_NEED_SAMPLES = 64,     /* more than one sample a pixel */
+  WHITTLE_NEED_VISIBILITY = 128, /* an instance is hidden from some rays */
+  WHITTLE_NEED_ALL = 255,
+};
+
+/* Of the bit of a need: its name ("glass"), and why it can be left out if it is not set. */
+WHITTLE_API const char *whittle_need_name(uint32_t need);
+WHITTLE_API const char *whittle_need_reason(uint32_t need);
+
+typedef struct whittle_render_stats {
+  uint64_t rays[WHITTLE_RAY_KINDS];
+  uint64_t nodes[WHITTLE_RAY_KINDS];     /* only with counters */
+  uint64_t triangles[WHITTLE_RAY_KINDS]; /* only with counters */
+  uint64_t shadow_rays_left_out;         /* lights behind the surface or of weight 0 */
+  uint64_t secondary_rays_left_out;      /* below the cut-off or beyond the depth limit */
+  double dropped_weight;                 /* their summed weight: the bound of the error, per pixel */
+  uint64_t own_box_misses;               /* hits outside their own padded box: must be 0 */
+  /* Only in the lecture mode: how often each of the three tests decided a node for a packet. */
+  uint64_t packets, packet_nodes, packet_rays;
+  uint64_t decided_first, decided_frustum, decided_brute_force;
+  uint64_t active_rays;  /* rays that hit the nodes their packets visited, summed */
+  uint64_t visited_rays; /* rays in those packets, summed */
+  double seconds;        /* wall time */
+  double seconds_primary, seconds_shadow, seconds_secondary, seconds_shade; /* summed over threads */
+  uint32_t threads;
+  uint32_t needs;        /* of the scene and settings */
+  uint32_t kernel_needs; /* of the kernel that ran; more than needs only if generic */
+  uint64_t bytes;        /* working memory beside the images */
+} whittle_render_stats;
+
+/* Renders into `image`, which holds nothing useful after a failure. `stats` may be NULL. */
+WHITTLE_API whittle_status whittle_render(const whittle_scene *scene, const whittle_camera *camera,
+                                          const whittle_settings *settings,
+                                          const whittle_image *image, whittle_render_stats *stats,
+                                          whittle_error *error);
+
+/* ---- Rendering in the background --------------------------------------------------------------- */
+
+typedef struct whittle_job whittle_job;
+
+/* Starts whittle_render on a thread of its own. The scene and the image must outlive the job;
+ * settings.progress is not used. */
+WHITTLE_API whittle_status whittle_job_start(const whittle_scene *scene,
+                                             const whittle_camera *camera,
+                                             const whittle_settings *settings,
+                                             const whittle_image *image, whittle_job **job,
+                                             whittle_error *error);
+WHITTLE_API double whittle_job_poll(const whittle_job *job, int *done); /* fraction in [0, 1] */
+WHITTLE_API void whittle_job_cancel(whittle_job *job);                  /* returns at once */
+/* Waits for the end; gives the render's status and, if it went well, its stats. */
+WHITTLE_API whittle_status whittle_job_wait(whittle_job *job, whittle_render_stats *stats,
+                                            whittle_error *error);
+WHITTLE_API void whittle_job_destroy(whittle_job *job); /* cancels and waits if it still runs */
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Types of the native module: scenes of triangles, their BVH, rays and Whitted images."""
+
+from collections.abc import Callable, Mapping, Sequence
+from math import inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__version__: str
+
+CAMERA: int  #: visible to camera rays
+SHADOW: int  #: casts shadows
+REFLECTION: int  #: visible in mirrors
+REFRACTION: int  #: visible through glass
+ALL: int
+
+PASSES: dict[str, int]
+"""Name of each pass and its channels, in the order of the C header: ``combined``, ``depth``,
+``position``, ``normal``, ``object_index``, ``nodes``, ``nodes_primary``, ``nodes_shadow``,
+``nodes_reflection``, ``nodes_refraction``, ``triangles``, ``triangles_primary``, ..."""
+
+class Cancelled(Exception):
+    """The progress callback returned False, or the job was cancelled."""
+
+def isa() -> str:
+    """The instruction set in use; RuntimeError if WHITTLE_ISA names one that cannot run here."""
+
+def isas() -> tuple[str, ...]:
+    """Those of ``sse4.2``, ``avx2``, ``avx512`` that this CPU and system can run."""
+
+def default_threads() -> int:
+    """What ``threads=0`` means here."""
+
+class Scene:
+    """Meshes, instances, materials, lights and world; then a BVH; then rays and images.
+
+    Wrong shapes, types, indices and transforms raise ValueError naming the argument; changing a
+    scene that is being traced raises RuntimeError, as does tracing one that is not built.
+    """
+
+    def add_mesh(
+        self,
+        positions: ArrayLike,  # float32 (n, 3)
+        triangles: ArrayLike,  # uint32 (m, 3)
+        normals: ArrayLike | None = None,  # float32 (n, 3) or (m, 3, 3)
+        uvs: Mapping[str, ArrayLike] | None = None,  # float32 (n, 2) or (m, 3, 2)
+        materials: ArrayLike | None = None,  # uint32 (m,)
+    ) -> int: ...
+    def add_instance(
+        self,
+        mesh: int,
+        transform: ArrayLike,  # float64 (4, 4), p' = M @ (p, 1)
+        object_id: int = 0,
+        visibility: int = ...,
+    ) -> int: ...
+    def set_materials(self, materials: Sequence[Mapping[str, Any]]) -> None:
+        """Each a mapping with any of diffuse, mirror, metal, specular, transmission, emission
+        (three floats), metal_weight, ior, roughness (floats); what is missing is 0 (ior: 1.5)."""
+    def set_lights(self, lights: Sequence[Mapping[str, Any]]) -> None:
+        """Each a mapping: kind ("point" or "sun"), intensity (three floats: W/sr, or W/m^2 for a
+        sun), position or direction (three floats, world), shadow (bool, default True)."""
+    def set_world(self, color: Sequence[float], ambient: Sequence[float] = (0, 0, 0)) -> None:
+        """Radiance that escaping rays see, and radiance that lights every diffuse surface."""
+    def build(
+        self,
+        threads: int = 0,
+        bins: int = 16,
+        on_progress: Callable[[float], bool | None] | None = None,
+        *,
+        max_leaf: int = 0,
+        traversal_cost: float = 0.0,
+    ) -> dict[str, Any]:
+        """Stats by the names of whittle_build_stats, plus ``dropped``: a list with a mapping
+        (mesh, non_finite, zero_area) for each mesh that lost triangles."""
+    def intersect(
+        self,
+        origins: ArrayLike,  # float32 or float64 (k, 3), world space
+        directions: ArrayLike,
+        t_min: float | ArrayLike = 0.0,
+        t_max: float | ArrayLike = inf,
+        threads: int = 0,
+        *,
+        packet: int = 0,
+        visibility: int = ...,
+        counters: bool = False,  # adds nodes, triangles: uint32 (k,)
+    ) -> dict[str, NDArray[Any]]:
+        """Arrays (k,): t float32 (inf: miss), instance int32 (-1: miss), triangle int32, u, v."""
+    def occluded(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        t_min: float | ArrayLike = 0.0,
+        t_max: float | ArrayLike = inf,
+        threads: int = 0,
+        *,
+        packet: int = 0,
+        visibility: int = ...,
+    ) -> NDArray[np.bool_]: ...
+    def reference_intersect(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        t_min: float | ArrayLike = 0.0,
+        t_max: float | ArrayLike = inf,
+        threads: int = 0,
+    ) -> dict[str, NDArray[Any]]:
+        """As intersect, by brute force in double precision without the tree."""
+    def render(
+        self,
+        camera: Mapping[str, Any],
+        settings: Mapping[str, Any] | None = None,
+        on_progress: Callable[[float], bool | None] | None = None,
+    ) -> dict[str, Any]:
+        """Pass name -> float32 (h, w, c), row 0 at the bottom, and ``stats``: a dict.
+
+        camera: to_world, projection: float64 (4, 4); width, height: of the whole image;
+        clip_start, clip_end; region: (x0, y0, x1, y1), default everything.
+        settings: passes (sequence of names, default ("combined",)), samples, pattern ("regular",
+        "stratified"), seed, max_depth (0: no bounces; default 8), cutoff (0: none; default
+        1/1024), transparent, mode ("fast", "lecture", "single"), packet, threads, generic.
+        stats: by the names of whittle_render_stats, with rays, nodes and triangles as dicts by
+        kind (primary, shadow, reflection, refraction), ``needs`` and ``kernel_needs`` as lists of
+        names, and ``left_out``: a list of (name, reason).
+        """
+    def start(self, camera: Mapping[str, Any], settings: Mapping[str, Any] | None = None) -> Job: ...
+    def nodes(self) -> NDArray[np.void]:
+        """A copy of the tree: bounds_min (3,), left_first, bounds_max (3,), count."""
+    def triangles(self) -> dict[str, NDArray[Any]]:
+        """The triangles in leaf order: vertices float32 (n, 3, 3) in scene space, instance,
+        triangle."""
+
+class Job:
+    def poll(self) -> tuple[float, bool]:
+        """Fraction done, and whether it has ended."""
+    def cancel(self) -> None: ...
+    def result(self) -> dict[str, Any]:
+        """Waits; what Scene.render returns, or raises what it would raise."""

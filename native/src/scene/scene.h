@@ -1,0 +1,79 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* The scene as the core holds it. */
+
+#pragma once
+
+#include "base/error.h"
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct mesh {
+  float *positions;
+  uint32_t *triangles;
+  float *normals; /* NULL: flat */
+  uint32_t *materials; /* NULL: all 0 */
+  size_t vertex_count, triangle_count;
+  bool normals_by_corner;
+  uint64_t dropped_non_finite, dropped_zero_area; /* by the last build */
+} mesh;
+
+typedef struct instance {
+  double transform[16];
+  float normal_matrix[9]; /* inverse transpose of the upper 3x3 scaled to about unit size, by rows */
+  uint32_t mesh;
+  int32_t object_id;
+  uint32_t visibility;
+  float side; /* -1 if the transform mirrors, else 1: turns cross(e1, e2) outwards */
+} instance;
+
+/* A triangle as the traversals read it: vertices in scene space, in leaf order. */
+typedef struct triangle_record {
+  float v0[3];
+  uint32_t instance;
+  float v1[3];
+  uint32_t triangle; /* the caller's index in its mesh */
+  float v2[3];
+  uint32_t primitive; /* rank by (instance, triangle): what decides between equal t */
+} triangle_record;
+
+/* Scene space is (world - center) / 2^exponent; center is a multiple of 2^exponent on each axis,
+ * which is at least the scene's extent: small moves of an object keep all other bits. */
+typedef struct scene_frame {
+  double center[3];
+  int exponent;
+} scene_frame;
+
+struct whittle_scene {
+  mesh *meshes;
+  size_t mesh_count, mesh_capacity;
+  instance *instances;
+  size_t instance_count, instance_capacity;
+  whittle_material *materials; /* never empty: material 0 is the default until some are set */
+  size_t material_count;
+  whittle_light *lights;
+  size_t light_count;
+  whittle_world world;
+
+  /* What a build makes, replaced as a whole when the next one succeeds. */
+  scene_frame frame;
+  whittle_node *nodes; /* 32-byte aligned at least */
+  size_t node_count;
+  triangle_record *triangles;
+  size_t triangle_count;
+  whittle_build_stats stats;
+  bool built;
+
+  /* -1: being changed or built; n > 0: traced by n calls. */
+  atomic_int users;
+};
+
+/* Enter and leave for readers (trace, render) and writers; enter fails with WHITTLE_BUSY, and for
+ * readers with WHITTLE_NOT_BUILT. */
+whittle_status whittle_scene_read_begin(const whittle_scene *scene, whittle_error *error);
+void whittle_scene_read_end(const whittle_scene *scene);
+whittle_status whittle_scene_write_begin(whittle_scene *scene, whittle_error *error);
+void whittle_scene_write_end(whittle_scene *scene);
