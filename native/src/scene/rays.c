@@ -1,0 +1,112 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* Rebases rays in double precision, scales directions exactly and rounds the limits of t. */
+
+#include "scene/rays.h"
+
+static uint32_t float_bits(float value) {
+  uint32_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+
+static float bits_float(uint32_t bits) {
+  float value;
+  memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+whittle_status whittle_rays_check(const whittle_rays *rays, whittle_error *error) {
+  if (rays->visibility & ~(uint32_t)WHITTLE_ALL)
+    return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "visibility",
+                        "visibility is 0x%x; it must be a sum of CAMERA, SHADOW, REFLECTION and "
+                        "REFRACTION",
+                        (unsigned)rays->visibility);
+  if (rays->count == 0)
+    return WHITTLE_OK;
+  if (!rays->origins.data)
+    return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "origins",
+                        "there are %zu rays but no origins", rays->count);
+  if (!rays->directions.data)
+    return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "directions",
+                        "there are %zu rays but no directions", rays->count);
+  return WHITTLE_OK;
+}
+
+static double read_value(const whittle_array *array, size_t ray, int component) {
+  const char *at = (const char *)array->data + (ptrdiff_t)ray * array->stride +
+                   component * array->component_stride;
+  if (array->is_double) {
+    double value;
+    memcpy(&value, at, sizeof value);
+    return value;
+  }
+  float value;
+  memcpy(&value, at, sizeof value);
+  return value;
+}
+
+/* The largest float that is not above `value`; of -0.0...01 that is the denormal below 0. */
+static float round_down(double value) {
+  const float nearest = (float)value;
+  if (!((double)nearest > value))
+    return nearest;
+  const uint32_t bits = float_bits(nearest);
+  if (nearest == 0.0f)
+    return bits_float(0x80000001u);
+  return bits_float(nearest > 0.0f ? bits - 1 : bits + 1);
+}
+
+/* value * 2^-exponent rounded down to float. A double that underflows keeps its sign. */
+static float scale_limit(double value, int exponent) {
+  const double scaled = ldexp(value, -exponent);
+  if (scaled == 0.0 && value < 0.0)
+    return bits_float(0x80000001u);
+  return round_down(scaled);
+}
+
+static void mark_missing(ray_chunk *chunk, uint32_t i) {
+  for (int axis = 0; axis < 3; axis++) {
+    chunk->origin[axis][i] = 0.0f;
+    chunk->direction[axis][i] = axis == 2 ? 1.0f : 0.0f;
+  }
+  chunk->t_min[i] = 0.0f;
+  chunk->t_max[i] = -1.0f;
+  chunk->t_exponent[i] = 0;
+}
+
+/* Any ray, however odd its numbers. */
+static void load_ray(const scene_frame *frame, const whittle_rays *rays, size_t ray,
+                     ray_chunk *chunk, uint32_t i) {
+  double direction[3], largest = 0.0;
+  bool finite = true;
+  for (int axis = 0; axis < 3; axis++) {
+    const double from = read_value(&rays->origins, ray, axis) - frame->center[axis];
+    chunk->origin[axis][i] = (float)ldexp(from, -frame->exponent);
+    direction[axis] = read_value(&rays->directions, ray, axis);
+    finite = finite && isfinite(chunk->origin[axis][i]) && isfinite(direction[axis]);
+    largest = fabs(direction[axis]) > largest ? fabs(direction[axis]) : largest;
+  }
+  const double t_min = rays->t_min.data ? read_value(&rays->t_min, ray, 0) : 0.0;
+  const double t_max = rays->t_max.data ? read_value(&rays->t_max, ray, 0) : INFINITY;
+  if (!finite || largest == 0.0 || isnan(t_min) || isnan(t_max)) {
+    mark_missing(chunk, i);
+    return;
+  }
+  int above;
+  frexp(largest, &above);
+  for (int axis = 0; axis < 3; axis++)
+    chunk->direction[axis][i] = (float)ldexp(direction[axis], 1 - above);
+  chunk->t_exponent[i] = frame->exponent - (above - 1);
+  chunk->t_min[i] = scale_limit(t_min, chunk->t_exponent[i]);
+  chunk->t_max[i] = scale_limit(t_max, chunk->t_exponent[i]);
+}
+
+void whittle_rays_load(const scene_frame *frame, const whittle_rays *rays, size_t first,
+                       uint32_t count, ray_chunk *chunk) {
+  chunk->count = count;
+  for (uint32_t i = 0; i < count; i++)
+    load_ray(frame, rays, first + i, chunk, i);
+  for (uint32_t i = count; i & 15; i++)
+    mark_missing(chunk, i);
+}
