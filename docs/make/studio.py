@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender as these scripts need it: the add-on from the source tree, and a scene to render."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import bpy
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+if str(ROOT) not in sys.path:
+    sys.path.insert(0, str(ROOT))
+
+
+def register() -> None:
+    """Register the add-on from the source tree, once."""
+    import addon
+
+    if not hasattr(bpy.types.Scene, "whittle"):
+        addon.register()
+
+
+def open_scene(path: Path | None = None) -> bpy.types.Scene:
+    """Open a .blend file, or build the demo scene if there is none.
+
+    Raises FileNotFoundError for a missing file, ValueError for a scene without a camera.
+    """
+    if path is None:
+        from addon import demo
+
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        demo.build(bpy.context.scene)
+    elif path.is_file():
+        bpy.ops.wm.open_mainfile(filepath=str(path.resolve()))
+    else:
+        raise FileNotFoundError(f"SCENE={path} is not a file")
+    scene = bpy.context.scene
+    if scene.camera is None:
+        raise ValueError(f"the scene {scene.name!r} has no camera: set one in its properties")
+    return scene
+
+
+def name_of(path: Path | None) -> str:
+    """What a table calls the scene."""
+    return "demo" if path is None else path.stem
+
+
+def multilayer(scene: bpy.types.Scene, path: Path) -> Path:
+    """Set the scene to write a multilayer EXR of 32-bit floats; gives the file's path."""
+    image = scene.render.image_settings
+    if bpy.app.version >= (5, 0, 0):
+        image.media_type = "MULTI_LAYER_IMAGE"
+    image.file_format = "OPEN_EXR_MULTILAYER"
+    image.color_depth, image.exr_codec = "32", "ZIP"
+    scene.render.use_file_extension = True
+    scene.render.filepath = str(path.with_suffix(".exr"))
+    return path.with_suffix(".exr")
+
+
+def png(scene: bpy.types.Scene, path: Path) -> Path:
+    """Set the scene to write an 8-bit PNG; gives the file's path."""
+    image = scene.render.image_settings
+    if bpy.app.version >= (5, 0, 0):
+        image.media_type = "IMAGE"
+    image.file_format, image.color_mode, image.color_depth = "PNG", "RGB", "8"
+    scene.render.use_file_extension = True
+    scene.render.filepath = str(path.with_suffix(".png"))
+    return path.with_suffix(".png")
