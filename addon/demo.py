@@ -206,7 +206,9 @@ def _lights(scene) -> None:
         light = bpy.data.lights.new(name, "POINT")
         light.energy, light.color, light.shadow_soft_size = power, color, 0.0
         _add(scene, name, light).location = place
-        _only_seen(_ball(scene, f"{name} Bulb", bulb, _glow(f"{name} Glow", color, 18.0), place, 0.22))
+        _only_seen(
+            _ball(scene, f"{name} Bulb", bulb, _glow(f"{name} Glow", color, 18.0), place, 0.22)
+        )
     sun = bpy.data.lights.new("Sun", "SUN")
     sun.energy, sun.color, sun.angle = SUN_STRENGTH, (1.0, 0.95, 0.88), 0.0
     _add(scene, "Sun", sun).rotation_euler = (radians(38), radians(-30), 0.0)
