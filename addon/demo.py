@@ -63,6 +63,9 @@ def build(scene: bpy.types.Scene) -> None:
     scene.render.resolution_x, scene.render.resolution_y = 1280, 800
     scene.render.resolution_percentage = 100
     scene.view_settings.view_transform = "Standard"
+    if hasattr(scene, "whittle"):
+        scene.render.engine = "WHITTLE"
+        scene.whittle.samples = 16
 
 
 def _materials() -> dict[str, bpy.types.Material]:

@@ -5,9 +5,13 @@
 from __future__ import annotations
 
 import sys
+import time
 from pathlib import Path
 
 import bpy
+import exr
+import numpy as np
+from numpy.typing import NDArray
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -70,3 +74,18 @@ def png(scene: bpy.types.Scene, path: Path) -> Path:
     scene.render.use_file_extension = True
     scene.render.filepath = str(path.with_suffix(".png"))
     return path.with_suffix(".png")
+
+
+def render(scene: bpy.types.Scene) -> float:
+    """Render without writing a file; gives the seconds from start to end."""
+    began = time.perf_counter()
+    bpy.ops.render.render(scene=scene.name)
+    return time.perf_counter() - began
+
+
+def render_passes(scene: bpy.types.Scene, path: Path) -> dict[str, NDArray[np.float32]]:
+    """Render to a multilayer EXR and give its passes (see exr.read)."""
+    file = multilayer(scene, path)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    bpy.ops.render.render(write_still=True, scene=scene.name)
+    return exr.read(file)
