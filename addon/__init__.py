@@ -1,0 +1,17 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whittle: Whitted ray tracing in Blender, and what every ray costs."""
+
+from . import batch, builtin_panels, engine, operators, panels, properties
+
+PARTS = (properties, engine, operators, panels, builtin_panels, batch)
+
+
+def register() -> None:
+    for part in PARTS:
+        part.register()
+
+
+def unregister() -> None:
+    for part in reversed(PARTS):
+        part.unregister()

@@ -1,0 +1,190 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render engine that Blender calls."""
+
+import time
+import traceback
+from typing import Any
+
+import bpy
+
+from . import native, passes, properties, results
+from .export import camera, scene
+from .notes import Notes
+from .progress import Progress
+
+LONGEST_WAIT = 0.05  # between two looks at a running job, in seconds
+
+
+class RenderError(RuntimeError):
+    """Something that the engine cannot render; the message says what to change."""
+
+
+class WhittleEngine(bpy.types.RenderEngine):
+    """Whitted ray tracing by the native core."""
+
+    bl_idname = "WHITTLE"
+    bl_label = "Whittle"
+    bl_use_preview = False
+    bl_use_postprocess = True
+    bl_use_eevee_viewport = True
+    bl_use_shading_nodes_custom = False
+
+    def update_render_passes(
+        self, scene: bpy.types.Scene = None, renderlayer: bpy.types.ViewLayer = None
+    ) -> None:
+        for row in passes.wanted(scene, renderlayer):
+            self.register_pass(
+                scene, renderlayer, row.name, len(row.channels), row.channels, row.kind
+            )
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        # Only an error report keeps Blender from saving a black picture: nothing may get past it.
+        try:
+            render_layer(self, depsgraph)
+        except BaseException as error:
+            fail(self, error)
+
+
+def fail(engine: bpy.types.RenderEngine, error: BaseException) -> None:
+    """Ends a render without a result, by an error report that says why."""
+    text = str(error) or type(error).__name__
+    if isinstance(error, MemoryError):
+        text = f"Out of memory: {text}"
+    elif not isinstance(error, native.NativeError | RenderError | ValueError):
+        traceback.print_exception(error)
+    engine.report({"ERROR"}, f"Whittle: {text}")
+
+
+def render_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
+    """Exports, builds, traces and hands over one view layer of one frame."""
+    core = native.load()
+    frame = depsgraph.scene_eval
+    size = (engine.resolution_x, engine.resolution_y)
+    region = camera.region(frame.render, size)
+    view = _camera_object(engine, frame)
+    _check_supported(frame, region)
+    notes, progress = Notes(), Progress(engine)
+    table = passes.wanted(frame, depsgraph.view_layer_eval)
+    clock = Clock()
+    try:
+        export = scene.Export(core, depsgraph, notes, lambda done: progress.report("export", done))
+        shot = camera.export(depsgraph, view, size, region, notes)
+        clock.lap("export")
+        build = _build(export, frame, progress)
+        clock.lap("build")
+        settings = properties.core_settings(frame, [row.source for row in table])
+        image = _trace(export.scene, shot, settings, progress)
+        clock.lap("trace")
+    except core.Cancelled:
+        return  # Esc: Blender knows, and keeps no picture
+    _hand_over(engine, depsgraph.view_layer_eval.name, region, table, image)
+    result = results.Result(
+        scene=frame.name,
+        layer=depsgraph.view_layer_eval.name,
+        frame=frame.frame_current,
+        size=(region[2] - region[0], region[3] - region[1]),
+        seconds=clock.seconds,
+        build=build,
+        render=image["stats"],
+        notes=notes.lines(),
+        counters={row.source: image[row.source][..., 0] for row in table if row.counter},
+    )
+    _keep(engine, result)
+
+
+class Clock:
+    """Wall time of the phases of a render, in seconds."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._start = time.perf_counter()
+
+    def lap(self, phase: str) -> None:
+        """Ends a phase; the next one starts here."""
+        now = time.perf_counter()
+        self.seconds[phase] = now - self._start
+        self._start = now
+
+
+def _build(export: scene.Export, frame: bpy.types.Scene, progress: Progress) -> dict[str, Any]:
+    stats = export.scene.build(
+        threads=properties.threads(frame),
+        bins=frame.whittle.bins,
+        on_progress=lambda done: progress.report("build", done),
+    )
+    export.note_dropped(stats["dropped"])
+    return stats
+
+
+def _camera_object(engine: bpy.types.RenderEngine, frame: bpy.types.Scene) -> bpy.types.Object:
+    found = engine.camera_override or frame.camera
+    if found is None:
+        raise RenderError("The scene has no camera: add one, or choose it in the Scene properties")
+    return found
+
+
+def _check_supported(frame: bpy.types.Scene, region: camera.Region) -> None:
+    if frame.render.use_multiview:
+        raise RenderError("Stereoscopy is not supported: turn it off in the Output properties")
+    if region[2] <= region[0] or region[3] <= region[1]:
+        raise RenderError("The render region holds no pixel: draw a larger one, or turn it off")
+
+
+def _trace(
+    native_scene: Any, shot: dict[str, Any], settings: dict[str, Any], progress: Progress
+) -> dict[str, Any]:
+    """Renders in the background, while this thread shows progress and hears Esc."""
+    job = native_scene.start(shot, settings)
+    wait = 0.001
+    fraction, done = job.poll()
+    while not done:
+        if not progress.report("trace", fraction):
+            job.cancel()
+        time.sleep(wait)
+        wait = min(2 * wait, LONGEST_WAIT)
+        fraction, done = job.poll()
+    return job.result()
+
+
+def _hand_over(
+    engine: bpy.types.RenderEngine,
+    layer: str,
+    region: camera.Region,
+    table: list[passes.Pass],
+    image: dict[str, Any],
+) -> None:
+    """Gives the passes to Blender; row 0 is at the bottom on both sides."""
+    width, height = region[2] - region[0], region[3] - region[1]
+    result = engine.begin_result(0, 0, width, height, layer=layer)
+    complete = False
+    try:
+        if (result.resolution_x, result.resolution_y) != (width, height):
+            raise RenderError(
+                f"Blender asks for {result.resolution_x} x {result.resolution_y} pixels "
+                f"where its border holds {width} x {height}: move the border a little"
+            )
+        for row in table:
+            result.layers[0].passes[row.name].rect.foreach_set(image[row.source].reshape(-1))
+        complete = True
+    finally:
+        engine.end_result(result, cancel=not complete)
+
+
+def _keep(engine: bpy.types.RenderEngine, result: results.Result) -> None:
+    """Stores the numbers for the panel, and says what was done otherwise than asked."""
+    results.store(result)
+    for line in result.notes:
+        engine.report({"INFO"}, f"Whittle: {line}")
+    stamp = engine.get_result().stamp_data_add_field
+    stamp("Whittle.triangles", str(result.build["triangles"]))
+    stamp("Whittle.nodes", str(result.build["nodes"]))
+    stamp("Whittle.rays", str(result.rays()))
+
+
+def register() -> None:
+    bpy.utils.register_class(WhittleEngine)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(WhittleEngine)

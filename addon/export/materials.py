@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The table of materials: Blender's, turned into the core's lobes when first met."""
+
+from typing import Any
+
+import bpy
+
+from ..notes import Notes, listed, plural
+from .nodes import feeding, surface_input
+from .shaders import SHARP_BELOW, Row, Surface, flat
+
+DEFAULT: Row = {"diffuse": (0.8, 0.8, 0.8)}
+
+
+class Table:
+    """Rows of Scene.set_materials; each of Blender's materials has one."""
+
+    def __init__(self, notes: Notes, override: bpy.types.Material | None) -> None:
+        """`override`: the view layer's material, which takes the place of all others."""
+        self.rows: list[Row] = []
+        self._notes = notes
+        self._override = override
+        self._index: dict[int, int] = {}
+        self._rough: list[str] = []
+
+    def index(self, material: bpy.types.Material | None) -> int:
+        """Row of a material; None is what a slot without one shows."""
+        material = self._override or material
+        key = 0 if material is None else material.original.as_pointer()
+        if key not in self._index:
+            self._index[key] = len(self.rows)
+            self.rows.append(DEFAULT if material is None else self._row(material))
+        return self._index[key]
+
+    def _row(self, material: bpy.types.Material) -> Row:
+        row = self._read(material)
+        reflects = any(any(row.get(lobe, ())) for lobe in ("mirror", "metal", "specular"))
+        if reflects and row.get("roughness", 0.0) > 0.0:
+            self._rough.append(material.name)
+        return row
+
+    def _read(self, material: bpy.types.Material) -> Row:
+        def note(line: str) -> None:
+            self._notes.add(f"Material '{material.name}': {line}")
+
+        if not _has_nodes(material):
+            return flat(material.diffuse_color, material.metallic, material.roughness)
+        socket = surface_input(material.node_tree)
+        if socket is None:
+            note("it has no output node and is black")
+            return {}
+        source = feeding(socket, ())[0]
+        if source is None:
+            note("nothing feeds its surface, it is black")
+            return {}
+        _note_other_outputs(socket.node, note)
+        return Surface(note).row(*source)
+
+    def note_models(self) -> None:
+        """Says once how rough reflections are drawn, if there are any."""
+        if self._rough:
+            self._notes.add(
+                f"Reflections rougher than {SHARP_BELOW} show only lights and the world's colour: "
+                f"{plural(len(self._rough), 'material')} ({listed(self._rough)})"
+            )
+
+
+def _note_other_outputs(output: bpy.types.Node, note: Any) -> None:
+    for name in ("Volume", "Displacement"):
+        if output.inputs[name].is_linked:
+            note(f"{name} is left out")
+
+
+def _has_nodes(material: bpy.types.Material) -> bool:
+    # From 5.0 on nodes are always in use, and asking warns.
+    return material.node_tree is not None and (bpy.app.version >= (5, 0) or material.use_nodes)

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Evaluated meshes and the places where they stand; arrays are copied with foreach_get only."""
+
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..notes import Notes
+from .materials import Table
+
+Key = tuple[int, tuple[int, ...]]
+
+
+class Meshes:
+    """Adds each mesh once for each set of materials, and an instance for each of its places."""
+
+    def __init__(self, scene: Any, materials: Table, notes: Notes) -> None:
+        self._scene = scene
+        self._materials = materials
+        self._notes = notes
+        self._index: dict[Key, int] = {}
+        self.users: dict[int, list[str]] = {}
+        """Names of the objects that use each native mesh."""
+
+    def add(self, instance: bpy.types.DepsgraphObjectInstance, visibility: int) -> None:
+        """Places the mesh of an instance; visibility is a mask of the core's constants."""
+        ob = instance.object
+        mesh = ob.data
+        matrix = np.array(instance.matrix_world, dtype=np.float64)
+        slots = tuple(self._materials.index(slot.material) for slot in ob.material_slots)
+        if not len(mesh.polygons):
+            return
+        if not np.isfinite(matrix).all():
+            self._notes.add(f"Object '{ob.name}' left out: its place is not a finite number")
+            return
+        if np.linalg.det(matrix[:3, :3]) == 0.0:
+            self._add_flat(ob, matrix, slots, visibility)
+            return
+        key = (mesh.as_pointer(), slots)
+        if key not in self._index:
+            self._index[key] = self._scene.add_mesh(**arrays(mesh, self._slots(slots)))
+        self._place(ob, self._index[key], matrix, visibility)
+
+    def _add_flat(
+        self, ob: bpy.types.Object, matrix: NDArray[np.float64], slots: tuple[int, ...], mask: int
+    ) -> None:
+        """An object squashed flat: no inverse, so its vertices are placed here, not by the core."""
+        if np.linalg.matrix_rank(matrix[:3, :3]) < 2:
+            self._notes.add(f"Object '{ob.name}' left out: its scale is zero")
+            return
+        data = arrays(ob.data, self._slots(slots))
+        data["positions"] = data["positions"] @ matrix[:3, :3].T + matrix[:3, 3]
+        data["positions"] = data["positions"].astype(np.float32)
+        data["normals"] = None
+        self._place(ob, self._scene.add_mesh(**data), np.eye(4), mask)
+
+    def _place(
+        self, ob: bpy.types.Object, index: int, matrix: NDArray[np.float64], visibility: int
+    ) -> None:
+        self._scene.add_instance(index, matrix, object_id=ob.pass_index, visibility=visibility)
+        users = self.users.setdefault(index, [])
+        if not users or users[-1] != ob.name:
+            users.append(ob.name)
+
+    def _slots(self, slots: tuple[int, ...]) -> NDArray[np.uint32]:
+        """Material of each slot; an object without slots shows the default one."""
+        return np.array(slots or (self._materials.index(None),), dtype=np.uint32)
+
+
+def arrays(mesh: bpy.types.Mesh, slots: NDArray[np.uint32]) -> dict[str, Any]:
+    """The arguments of Scene.add_mesh for a mesh whose material slots are the given materials."""
+    corner_vertices = _column(mesh.attributes[".corner_vert"].data, "value", np.int32)
+    corners, faces = _triangulation(mesh)
+    triangles = corner_vertices if corners is None else corner_vertices[corners]
+    return {
+        "positions": _column(mesh.attributes["position"].data, "vector", np.float32, 3),
+        "triangles": triangles.view(np.uint32).reshape(-1, 3),
+        "normals": _normals(mesh, corners),
+        "materials": _materials(mesh, faces, slots),
+    }
+
+
+def _column(data: Any, name: str, kind: type, width: int = 1) -> NDArray[Any]:
+    """One property of all elements, as (n,) or (n, width)."""
+    values = np.empty(len(data) * width, dtype=kind)
+    data.foreach_get(name, values)
+    return values if width == 1 else values.reshape(-1, width)
+
+
+def _triangulation(
+    mesh: bpy.types.Mesh,
+) -> tuple[NDArray[np.int32] | None, NDArray[np.int32] | None]:
+    """Corners and face of each triangle; None twice where faces are the triangles, in order."""
+    if len(mesh.loops) == 3 * len(mesh.polygons):
+        return None, None
+    mesh.calc_loop_triangles()
+    return (
+        _column(mesh.loop_triangles, "loops", np.int32, 3).reshape(-1),
+        _column(mesh.loop_triangle_polygons, "value", np.int32),
+    )
+
+
+def _normals(mesh: bpy.types.Mesh, corners: NDArray[np.int32] | None) -> NDArray[np.float32] | None:
+    """Shading normals: none where flat, by vertex where that says it all, else by corner."""
+    if mesh.normals_domain == "FACE":
+        return None
+    if mesh.normals_domain == "POINT":
+        return _column(mesh.vertex_normals, "vector", np.float32, 3)
+    normals = _column(mesh.corner_normals, "vector", np.float32, 3)
+    return (normals if corners is None else normals[corners]).reshape(-1, 3, 3)
+
+
+def _materials(
+    mesh: bpy.types.Mesh, faces: NDArray[np.int32] | None, slots: NDArray[np.uint32]
+) -> NDArray[np.uint32]:
+    """Material of each triangle; a face whose slot does not exist takes the last one."""
+    attribute = mesh.attributes.get("material_index")
+    if attribute is None or len(slots) == 1:
+        count = len(mesh.polygons) if faces is None else len(faces)
+        return np.full(count, slots[0], dtype=np.uint32)
+    index = _column(attribute.data, "value", np.int32)
+    by_face = slots[np.clip(index, 0, len(slots) - 1)]
+    return by_face if faces is None else by_face[faces]

@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Walks a depsgraph and fills a native scene with what it finds."""
+
+from collections import Counter, defaultdict
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+import bpy
+
+from ..notes import Notes, listed, plural
+from . import lights, materials, meshes, world
+
+# Object types that the engine cannot draw, and what their objects are called in the report.
+LEFT_OUT = {
+    "CURVES": "hair",
+    "POINTCLOUD": "point cloud",
+    "VOLUME": "volume",
+    "GPENCIL": "grease pencil",
+    "GREASEPENCIL": "grease pencil",
+}
+
+
+class Export:
+    """A native scene, ready to be built, and the names behind its meshes."""
+
+    def __init__(
+        self,
+        core: ModuleType,
+        depsgraph: bpy.types.Depsgraph,
+        notes: Notes,
+        report: Callable[[float], bool],
+    ) -> None:
+        """Reads everything that is rendered. `report` is told the fraction done and may stop it:
+        then core.Cancelled is raised."""
+        self.core = core
+        self.scene = core.Scene()
+        self.notes = notes
+        self._report = report
+        self._layer = depsgraph.view_layer
+        self._lights: list[dict[str, Any]] = []
+        self._left_out: dict[str, Counter[str]] = defaultdict(Counter)
+        self.materials = materials.Table(notes, self._layer.material_override)
+        self.meshes = meshes.Meshes(self.scene, self.materials, notes)
+        self._walk(depsgraph)
+        self.scene.set_materials(self.materials.rows)
+        self.scene.set_lights(self._lights)
+        self.scene.set_world(**world.export(depsgraph.scene_eval, notes))
+        self._note_what_was_left_out()
+
+    def _walk(self, depsgraph: bpy.types.Depsgraph) -> None:
+        total = max(1, len(depsgraph.object_instances))
+        for index, instance in enumerate(depsgraph.object_instances):
+            if not self._report(index / total):
+                raise self.core.Cancelled("The render was cancelled while the scene was read")
+            if instance.show_self:
+                self._add(instance)
+
+    def _add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
+        ob = instance.object
+        if ob.type == "MESH":
+            # Curves, text, surfaces and metaballs come a second time as the mesh they make.
+            self.meshes.add(instance, self._visibility(instance))
+        elif ob.type == "LIGHT":
+            self._lights.append(lights.export(ob, instance.matrix_world, self.notes))
+        elif ob.type in LEFT_OUT:
+            self._left_out[LEFT_OUT[ob.type]][ob.name] += 1
+        for system in ob.particle_systems:
+            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+                self._left_out["hair"][f"{ob.name}: {system.name}"] += 1
+
+    def _visibility(self, instance: bpy.types.DepsgraphObjectInstance) -> int:
+        """Which rays see an instance: what it and whatever placed it both allow."""
+        mask = self._object_visibility(instance.object)
+        if instance.is_instance and instance.parent is not None:
+            mask &= self._object_visibility(instance.parent)
+        return mask
+
+    def _object_visibility(self, ob: bpy.types.Object) -> int:
+        core = self.core
+        mask = (
+            core.CAMERA * ob.visible_camera
+            | core.SHADOW * ob.visible_shadow
+            | core.REFLECTION * ob.visible_glossy
+            | core.REFRACTION * ob.visible_transmission
+        )
+        original = ob.original
+        if original.indirect_only_get(view_layer=self._layer):
+            mask &= ~core.CAMERA
+        if original.holdout_get(view_layer=self._layer):
+            self.notes.add(f"Object '{ob.name}': holdout is not understood, it is drawn")
+        return mask
+
+    def _note_what_was_left_out(self) -> None:
+        for kind, names in self._left_out.items():
+            count = plural(names.total(), "object")
+            self.notes.add(f"Left out {kind}: {count} ({listed(names)})")
+        self.materials.note_models()
+
+    def note_dropped(self, dropped: list[dict[str, int]]) -> None:
+        """Names the objects whose triangles the build dropped, with the counts."""
+        for row in dropped:
+            reasons = [
+                f"{row[key]:,} {text}"
+                for key, text in (("non_finite", "not finite"), ("zero_area", "without area"))
+                if row[key]
+            ]
+            names = listed(self.meshes.users[row["mesh"]])
+            self.notes.add(f"Dropped triangles of {names}: {' and '.join(reasons)}")

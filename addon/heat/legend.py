@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The band below a heatmap: what is shown, the colours, their numbers."""
+
+from dataclasses import dataclass
+from math import floor, log10
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import colormaps, text
+
+BACKGROUND = 0.11
+INK = 0.93
+
+
+@dataclass(frozen=True)
+class Legend:
+    """What a legend says: counts from 0 to `top`; `title` and `summary` share its first line."""
+
+    title: str
+    summary: str
+    colormap: str
+    top: float
+
+
+def draw(legend: Legend, width: int) -> NDArray[np.float32]:
+    """The band (height, width, 3), row 0 at the bottom; its height follows from the width."""
+    font = max(13, width // 62)
+    height = 5 * font
+    margin = font
+    band = np.full((height, width, 3), BACKGROUND, dtype=np.float32)
+    bar = slice(2 * font, 3 * font)
+    length = width - 2 * margin
+    ramp = colormaps.apply(legend.colormap, (np.arange(length) + 0.5) / length)
+    band[bar, margin : margin + length] = ramp
+    labels = [
+        text.Label(legend.title, margin, 3.75 * font, "LEFT"),
+        text.Label(legend.summary, width - margin, 3.75 * font, "RIGHT"),
+    ]
+    for tick in ticks(legend.top):
+        x = margin + round((length - 1) * tick / legend.top)
+        band[bar.start - font // 3 : bar.start, x] = INK
+        align = "LEFT" if tick == 0 else "CENTER"
+        labels.append(text.Label(f"{tick:,g}", margin if tick == 0 else x, 0.55 * font, align))
+    if legend.top not in ticks(legend.top):
+        labels.append(text.Label(f"{legend.top:,.0f}+", width - margin, 0.55 * font, "RIGHT"))
+    cover = text.cover(labels, font, width, height)[..., np.newaxis]
+    return band * (1.0 - cover) + INK * cover
+
+
+def ticks(top: float) -> list[float]:
+    """Round numbers from 0 up, four to nine of them; none so near the top as to touch its label."""
+    magnitude = 10.0 ** floor(log10(top))
+    step = next(m * magnitude for m in (0.1, 0.2, 0.5, 1.0) if top / (m * magnitude) <= 8)
+    values = [float(f"{index * step:.6g}") for index in range(int(top / step + 1e-9) + 1)]
+    return [value for value in values if value == top or value < 0.88 * top]

@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The settings that a scene keeps, and what the core is told of them."""
+
+from typing import Any
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+
+# Numbers have soft limits only: a script that sets one beyond them gets an error from the render,
+# not a value that was quietly changed.
+
+
+class WhittleSettings(bpy.types.PropertyGroup):
+    """Settings of the Whittle engine, kept in each scene as ``scene.whittle``."""
+
+    samples: IntProperty(
+        name="Samples",
+        description="Primary rays per pixel, for anti-aliasing: a square number (1, 4, 9, 16, ...)",
+        default=4,
+        soft_min=1,
+        soft_max=4096,
+    )
+    pattern: EnumProperty(
+        name="Pattern",
+        description="Where in the pixel the samples lie",
+        items=(
+            ("REGULAR", "Regular", "The centres of a grid: clean gradients, some aliasing"),
+            ("STRATIFIED", "Stratified", "A random point in each cell of a grid: a little noise"),
+        ),
+        default="REGULAR",
+    )
+    seed: IntProperty(
+        name="Seed",
+        description="Of the stratified pattern; the same seed gives the same picture",
+        default=0,
+        soft_min=0,
+    )
+    max_depth: IntProperty(
+        name="Depth",
+        description="Mirror and glass bounces after the first hit; 0 leaves both out",
+        default=8,
+        soft_min=0,
+        soft_max=64,
+    )
+    cutoff: FloatProperty(
+        name="Cut-off",
+        description="Rays that would add less than this share to their pixel are left out; 0: none",
+        default=1 / 1024,
+        soft_min=0.0,
+        soft_max=0.1,
+        precision=5,
+        step=0.01,
+    )
+    use_ambient: BoolProperty(
+        name="Ambient Light",
+        description=(
+            "The world's colour lights every diffuse surface, without shadows, "
+            "unless the world is hidden from diffuse rays"
+        ),
+        default=True,
+    )
+    mode: EnumProperty(
+        name="Traversal",
+        description="How rays walk the BVH. The picture is the same to the bit",
+        items=(
+            ("FAST", "Fast", "The quickest that the processor can run"),
+            ("LECTURE", "Packets with Statistics", "Binary packets that count their coherence"),
+            ("SINGLE", "Single Rays", "One ray at a time"),
+        ),
+        default="FAST",
+    )
+    bins: IntProperty(
+        name="Bins",
+        description="Candidate planes per axis when the BVH is built",
+        default=16,
+        soft_min=2,
+        soft_max=64,
+    )
+    use_counters: BoolProperty(
+        name="Count Rays' Work",
+        description=(
+            "Count the BVH nodes visited and the triangles tested for each pixel: adds the passes "
+            "that heatmaps are made of, and takes longer"
+        ),
+        default=False,
+    )
+    heat_map: EnumProperty(
+        name="Colours",
+        description="The colours of a heatmap, from low to high",
+        items=(
+            ("VIRIDIS", "Viridis", "Dark blue to yellow, even to the eye"),
+            ("INFERNO", "Inferno", "Black through red to pale yellow, even to the eye"),
+            ("CIVIDIS", "Cividis", "Blue to yellow, the same with most colour blindness"),
+        ),
+        default="VIRIDIS",
+    )
+    heat_range: EnumProperty(
+        name="Range",
+        description="The counts that the colours span",
+        items=(
+            ("AUTO", "Automatic", "From 0 to what 99.5 % of the pixels stay below"),
+            ("FIXED", "Fixed", "From 0 to the number given, so that pictures can be compared"),
+        ),
+        default="AUTO",
+    )
+    heat_max: FloatProperty(
+        name="Highest",
+        description="The count shown in the last colour, with a fixed range",
+        default=1000.0,
+        soft_min=1.0,
+    )
+
+
+def core_settings(scene: bpy.types.Scene, sources: list[str]) -> dict[str, Any]:
+    """Settings of a render in the core's words; the core judges their range."""
+    whittle = scene.whittle
+    return {
+        "passes": sources,
+        "samples": whittle.samples,
+        "pattern": whittle.pattern.lower(),
+        "seed": whittle.seed,
+        "max_depth": whittle.max_depth,
+        "cutoff": whittle.cutoff,
+        "transparent": scene.render.film_transparent,
+        "mode": whittle.mode.lower(),
+        "threads": threads(scene),
+    }
+
+
+def threads(scene: bpy.types.Scene) -> int:
+    """Blender's own thread setting, ``-t`` included; 0: as many as the machine allows."""
+    return scene.render.threads if scene.render.threads_mode == "FIXED" else 0
+
+
+def register() -> None:
+    bpy.utils.register_class(WhittleSettings)
+    bpy.types.Scene.whittle = PointerProperty(type=WhittleSettings, name="Whittle")
+
+
+def unregister() -> None:
+    del bpy.types.Scene.whittle
+    bpy.utils.unregister_class(WhittleSettings)

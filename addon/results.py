@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The last render's numbers, counts and notes, kept for panels, heatmaps and batch runs."""
+
+import json
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+
+@dataclass
+class Result:
+    """One view layer of one frame. Times are wall time in seconds."""
+
+    scene: str
+    layer: str
+    frame: int
+    size: tuple[int, int]  # of the pixels rendered
+    seconds: dict[str, float]  # export, build, trace
+    build: dict[str, Any]  # as Scene.build gives it
+    render: dict[str, Any]  # as Scene.render gives it under "stats"
+    notes: list[str]
+    counters: dict[str, np.ndarray] = field(default_factory=dict)  # source -> (h, w) float32
+
+    def rays(self) -> int:
+        """How many rays were traced, of all kinds."""
+        return sum(self.render["rays"].values())
+
+    def rays_per_second(self) -> float:
+        return self.rays() / self.seconds["trace"] if self.seconds["trace"] > 0 else 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the counts, fit for JSON."""
+        names = ("scene", "layer", "frame", "size", "seconds", "build", "render", "notes")
+        return {name: getattr(self, name) for name in names} | {
+            "rays": self.rays(),
+            "rays_per_second": self.rays_per_second(),
+        }
+
+
+last: list[Result] = []
+"""The view layers of the last frame rendered; empty before the first one."""
+
+
+def store(result: Result) -> None:
+    """Adds a view layer to the frame at hand, or starts the next frame with it."""
+    same = last and (last[0].scene, last[0].frame) == (result.scene, result.frame)
+    if not same or any(other.layer == result.layer for other in last):
+        last.clear()
+    last.append(result)
+
+
+def to_json(results: list[Result]) -> str:
+    """Results as JSON text, a view layer each."""
+    return json.dumps([result.to_dict() for result in results], indent=2, default=_plain) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and arrays of numpy as Python's own."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} has no place in the statistics")
