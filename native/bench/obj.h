@@ -1,0 +1,15 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* Reading Wavefront .obj files. */
+
+#ifndef BENCH_OBJ_H
+#define BENCH_OBJ_H
+
+#include "mesh.h"
+
+/* Reads vertices and faces; polygons become fans. Two comments are understood, so that a file can
+ * bring its view: "# camera: eye target up fov" (3 + 3 + 3 + 1 numbers, vertical degrees) and
+ * "# light: x y z". Fails with the line's number on what is malformed. */
+mesh obj_read(const char *path);
+
+#endif
