@@ -1,0 +1,27 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* Everything that is compiled once for each instruction set; define WHITTLE_KERNEL as its table. */
+
+#define _POSIX_C_SOURCE 200809L
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "kernel/box.h"
+#include "kernel/frustum.h"
+#include "kernel/hash.h"
+#include "kernel/tile.h"
+
+#include "kernel/trace.inl"
+
+#include "kernel/surface.inl"
+
+#include "kernel/shade.inl"
+
+#include "kernel/tile.inl"
+
+const kernel_table WHITTLE_KERNEL = {
+    .lanes = V_LANES,
+    .closest = kernel_closest,
+    .any = kernel_any,
+    .render_tile = kernel_render_tile,
+};

@@ -1,0 +1,119 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* One ray through the binary tree: what secondary rays fall back to, and what counts. */
+
+typedef struct single_ray {
+  s_ray exact;
+  int axis;
+  f4_float origin, inverse;
+  float best;
+  uint32_t best_primitive;
+} single_ray;
+
+typedef struct single_entry {
+  uint32_t node;
+  float entry;
+} single_entry;
+
+static inline void single_ray_load(const ray_stream *rays, uint32_t i, single_ray *ray) {
+  float d[3];
+  for (int axis = 0; axis < 3; axis++) {
+    d[axis] = rays->direction[axis][i];
+    ray->exact.origin[axis] = rays->origin[axis][i];
+    ray->exact.inverse[axis] = 1.0f / d[axis];
+  }
+  const int kz = whittle_dominant_axis(d), kx = s_next_axis[kz], ky = s_next_axis[kx];
+  ray->axis = kz;
+  ray->exact.shear_x = d[kx] / d[kz];
+  ray->exact.shear_y = d[ky] / d[kz];
+  ray->exact.shear_z = ray->exact.inverse[kz];
+  ray->exact.t_min = rays->t_min[i];
+  const float *o = ray->exact.origin, *inverse = ray->exact.inverse;
+  ray->origin = f4_make(o[0], o[1], o[2], 0.0f);
+  ray->inverse = f4_make(inverse[0], inverse[1], inverse[2], 1.0f);
+  ray->best = rays->t[i];
+  ray->best_primitive = WHITTLE_NONE;
+}
+
+/* Whether the ray enters a node before its nearest hit, and where: s_slab of triangle.inl, four
+ * lanes at a time (the fourth holds an index and is not looked at). */
+static inline bool single_enters(const single_ray *ray, const whittle_node *node, float *entry) {
+  const f4_float low = f4_load(node->bounds_min), high = f4_load(node->bounds_max);
+  const f4_float lowest = f4_set(-__builtin_inff()), highest = f4_set(__builtin_inff());
+  const f4_float close = f4_by_sign(ray->inverse, low, high) - ray->origin;
+  const f4_float away = f4_by_sign(ray->inverse, high, low) - ray->origin;
+  const float n = f4_max3(f4_max(close * ray->inverse, lowest));
+  const float f = f4_min3(f4_min(away * ray->inverse, highest));
+  const float near = n - s_abs(n) * WHITTLE_SLAB_PAD;
+  const float far = f + s_abs(f) * WHITTLE_SLAB_PAD;
+  *entry = s_max(near, ray->exact.t_min);
+  return near <= far && near <= ray->best && far >= ray->exact.t_min;
+}
+
+/* Tests a leaf's triangles; true if `any` and one is hit. */
+static inline bool single_leaf(const trace_context *context, ray_stream *rays, uint32_t i,
+                               single_ray *ray, const whittle_node *leaf, const bool any,
+                               uint32_t *tested) {
+  const whittle_scene *scene = context->scene;
+  for (uint32_t r = leaf->left_first; r < leaf->left_first + leaf->count; r++) {
+    const triangle_record *triangle = &scene->triangles[r];
+    ++*tested;
+    if (r == rays->skip[i] || (context->masked && !sees(context, triangle)))
+      continue;
+    float t, u, v;
+    if (!s_triangle_test(&ray->exact, ray->axis, triangle, 1, ray->best, ray->best_primitive, &t, &u,
+                         &v, context->own_box_misses))
+      continue;
+    ray->best = t, ray->best_primitive = triangle->primitive;
+    rays->t[i] = t, rays->u[i] = u, rays->v[i] = v, rays->record[i] = r;
+    if (any)
+      return true;
+  }
+  return false;
+}
+
+/* The nodes that a ray visits: the root; of a visited inner node the children whose padded box it
+ * enters, the nearer first and the left one at equal distance; the second only if it still begins
+ * no farther than the nearest hit when its turn comes. */
+static inline __attribute__((always_inline)) void single_trace(const trace_context *context,
+                                                               ray_stream *rays, uint32_t i,
+                                                               const bool any, const bool count) {
+  const whittle_node *nodes = context->scene->nodes;
+  single_ray ray;
+  single_ray_load(rays, i, &ray);
+  single_entry stack[WHITTLE_STACK];
+  uint32_t depth = 0, visited = 0, tested = 0;
+  uint32_t index = 0;
+  rays->record[i] = WHITTLE_NONE;
+  bool going = ray.best > ray.exact.t_min && context->scene->node_count > 0;
+  while (going) {
+    const whittle_node *node = &nodes[index];
+    visited++;
+    if (node->count > 0) {
+      if (single_leaf(context, rays, i, &ray, node, any, &tested))
+        break;
+    } else {
+      const uint32_t left = node->left_first;
+      float entry[2];
+      const bool enters_left = single_enters(&ray, &nodes[left], &entry[0]);
+      const bool enters_right = single_enters(&ray, &nodes[left + 1], &entry[1]);
+      if (enters_left && enters_right) {
+        const uint32_t second = entry[1] < entry[0] ? 0 : 1;
+        stack[depth++] = (single_entry){left + second, entry[second]};
+        index = left + 1 - second;
+        continue;
+      }
+      if (enters_left || enters_right) {
+        index = enters_left ? left : left + 1;
+        continue;
+      }
+    }
+    do {
+      going = depth > 0;
+      if (going)
+        index = stack[--depth].node;
+    } while (going && stack[depth].entry > ray.best);
+  }
+  if (count)
+    rays->nodes[i] = visited, rays->triangles[i] = tested;
+}

@@ -1,0 +1,73 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* What a render shares between its tiles, and what each worker holds for itself. */
+
+#pragma once
+
+#include "kernel/batch.h"
+
+#include <stdatomic.h>
+
+#define WHITTLE_TILE_EDGE 16 /* pixels; 32 with packets of 1024 */
+#define WHITTLE_MAX_TILE_PIXELS 1024
+
+/* Rays of the camera in scene space: affine in the pixel coordinates x and y. */
+typedef struct camera_rays {
+  float origin[3], origin_x[3], origin_y[3];
+  float direction[3], direction_x[3], direction_y[3];
+  float t_min, t_max;
+} camera_rays;
+
+/* A light in scene space. */
+typedef struct light_record {
+  float place[3]; /* point: position; sun: direction towards it */
+  float intensity[3];
+  whittle_light_kind kind;
+  bool shadow;
+} light_record;
+
+/* What was hit, as shading needs it. Normals point to the side that the ray came from. */
+typedef struct surface {
+  float point[3];
+  float error; /* distance along the geometric normal that clears the rounding of `point` */
+  float geometric[3], normal[3], view[3];
+  float weight[3];
+  float diffuse[3]; /* already divided by pi */
+  float highlight[3], alpha; /* GGX lobe; alpha 0: none */
+  uint32_t record, slot;
+} surface;
+
+typedef struct tile_context {
+  const whittle_scene *scene;
+  const kernel_table *kernels;
+  whittle_settings settings; /* with all defaults filled in */
+  camera_rays camera;
+  double depth_scale; /* scene t to world depth */
+  const light_record *lights;
+  uint32_t light_count;
+  uint32_t needs; /* of the kernel */
+  uint32_t width, height;  /* of the whole image */
+  uint32_t region[4];
+  uint32_t tile_edge, tiles_x, tiles;
+  uint32_t grid;        /* samples along each axis of a pixel */
+  uint32_t packets[WHITTLE_RAY_KINDS]; /* rays in a packet of each kind */
+  bool count, lecture;
+  const whittle_image *image;
+  atomic_int *cancelled;
+} tile_context;
+
+typedef struct tile_worker {
+  ray_batch primary, shadow;
+  ray_batch secondary[2][2]; /* generation even or odd; reflection or refraction */
+  surface *surfaces;
+  uint32_t surface_capacity, surface_count;
+  uint32_t pixel_x[WHITTLE_MAX_TILE_PIXELS], pixel_y[WHITTLE_MAX_TILE_PIXELS]; /* by slot */
+  uint32_t slots;
+  float sample[4][WHITTLE_MAX_TILE_PIXELS]; /* light and alpha of this sample, by slot */
+  float sum[4][WHITTLE_MAX_TILE_PIXELS];
+  uint32_t nodes[WHITTLE_RAY_KINDS][WHITTLE_MAX_TILE_PIXELS];
+  uint32_t triangles[WHITTLE_RAY_KINDS][WHITTLE_MAX_TILE_PIXELS];
+  packet_counters packet_counters;
+  whittle_render_stats stats;
+  char separate[64]; /* workers share no cache line */
+} tile_worker;

@@ -1,0 +1,167 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* The one exact test of a triangle, included once for single rays and once for lane groups. */
+
+/* Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2013, with its double-precision
+ * fallback, and with the padded slab interval of the triangle's own box as part of the definition:
+ * a needle's t can otherwise lie before its box, and the winner would depend on the tree. Every
+ * node's interval contains the interval of each triangle below it, because box.inl computes both
+ * by the same monotonic operations; so no cull can lose a hit. */
+
+#ifndef FAMILY
+#error "define FAMILY(name) as s_##name or v_##name"
+#endif
+#define REAL FAMILY(float)
+#define MASK FAMILY(mask)
+#define FN(name) FAMILY(name)
+
+/* A ray, or a lane group of them whose directions share the dominant axis. */
+typedef struct FN(ray) {
+  REAL origin[3];
+  REAL inverse[3]; /* 1 / direction, infinite where that is 0 */
+  REAL shear_x, shear_y, shear_z;
+  REAL t_min;
+} FN(ray);
+
+/* Axes of the sheared space for the dominant axis z: no swap of x and y, since the signs of U, V, W
+ * only negate exactly. */
+static const uint8_t FN(next_axis)[3] = {1, 2, 0};
+
+static inline REAL FN(bound_near)(REAL origin, REAL inverse, REAL low, REAL high) {
+  const REAL bound = FN(select)(FN(lt)(inverse, FN(set)(0.0f)), high, low);
+  return (bound - origin) * inverse;
+}
+
+static inline REAL FN(bound_far)(REAL origin, REAL inverse, REAL low, REAL high) {
+  const REAL bound = FN(select)(FN(lt)(inverse, FN(set)(0.0f)), low, high);
+  return (bound - origin) * inverse;
+}
+
+/* The padded interval of t in which a ray is inside a box. A direction of 0 makes 0 * infinity
+ * where the origin lies on a face: that NaN is the first operand of min and max, and vanishes. */
+static inline void FN(slab)(const FN(ray) *ray, const float low[3], const float high[3], REAL *near,
+                            REAL *far) {
+  REAL n = FN(set)(-__builtin_inff()), f = FN(set)(__builtin_inff());
+  for (int axis = 0; axis < 3; axis++) {
+    const REAL o = ray->origin[axis], i = ray->inverse[axis];
+    const REAL l = FN(set)(low[axis]), h = FN(set)(high[axis]);
+    n = FN(max)(FN(bound_near)(o, i, l, h), n);
+    f = FN(min)(FN(bound_far)(o, i, l, h), f);
+  }
+  *near = n - FN(abs)(n) * FN(set)(WHITTLE_SLAB_PAD);
+  *far = f + FN(abs)(f) * FN(set)(WHITTLE_SLAB_PAD);
+}
+
+typedef struct FN(edges) {
+  REAL u, v, w;       /* weights of the three vertices times the determinant */
+  REAL az, bz, cz;    /* depth of the vertices along the dominant axis */
+} FN(edges);
+
+/* U, V and W of the lanes in `zero` again in double, where their signs are exact. A common power of
+ * two keeps the smallest triangles from underflowing; t, u and v are ratios. */
+__attribute__((noinline, cold)) static void FN(edges_in_double)(MASK zero, REAL ax, REAL ay, REAL bx,
+                                                                REAL by, REAL cx, REAL cy,
+                                                                FN(edges) *edges) {
+  float in[6][FAMILY_LANES], out[3][FAMILY_LANES];
+  FN(store)(in[0], ax), FN(store)(in[1], ay), FN(store)(in[2], bx);
+  FN(store)(in[3], by), FN(store)(in[4], cx), FN(store)(in[5], cy);
+  FN(store)(out[0], edges->u), FN(store)(out[1], edges->v), FN(store)(out[2], edges->w);
+  const uint32_t bits = FN(bits)(zero);
+  for (int lane = 0; lane < FAMILY_LANES; lane++) {
+    if (!(bits >> lane & 1))
+      continue;
+    const double a[2] = {in[0][lane], in[1][lane]}, b[2] = {in[2][lane], in[3][lane]};
+    const double c[2] = {in[4][lane], in[5][lane]};
+    const double u = c[0] * b[1] - c[1] * b[0];
+    const double v = a[0] * c[1] - a[1] * c[0];
+    const double w = b[0] * a[1] - b[1] * a[0];
+    const double scale = whittle_to_unit(u, v, w);
+    out[0][lane] = (float)(u * scale), out[1][lane] = (float)(v * scale);
+    out[2][lane] = (float)(w * scale);
+  }
+  edges->u = FN(load)(out[0]), edges->v = FN(load)(out[1]), edges->w = FN(load)(out[2]);
+}
+
+/* The lanes of `active` whose line meets the triangle. */
+static inline MASK FN(edge_test)(const FN(ray) *ray, int axis, const triangle_record *triangle,
+                                 MASK active, FN(edges) *edges) {
+  const int kx = FN(next_axis)[axis], ky = FN(next_axis)[kx];
+  const REAL ox = ray->origin[kx], oy = ray->origin[ky], oz = ray->origin[axis];
+  edges->az = FN(set)(triangle->v0[axis]) - oz;
+  edges->bz = FN(set)(triangle->v1[axis]) - oz;
+  edges->cz = FN(set)(triangle->v2[axis]) - oz;
+  const REAL ax = (FN(set)(triangle->v0[kx]) - ox) - ray->shear_x * edges->az;
+  const REAL ay = (FN(set)(triangle->v0[ky]) - oy) - ray->shear_y * edges->az;
+  const REAL bx = (FN(set)(triangle->v1[kx]) - ox) - ray->shear_x * edges->bz;
+  const REAL by = (FN(set)(triangle->v1[ky]) - oy) - ray->shear_y * edges->bz;
+  const REAL cx = (FN(set)(triangle->v2[kx]) - ox) - ray->shear_x * edges->cz;
+  const REAL cy = (FN(set)(triangle->v2[ky]) - oy) - ray->shear_y * edges->cz;
+  edges->u = cx * by - cy * bx;
+  edges->v = ax * cy - ay * cx;
+  edges->w = bx * ay - by * ax;
+  const REAL nothing = FN(set)(0.0f);
+  const REAL least = FN(min)(FN(min)(edges->u, edges->v), edges->w);
+  const REAL most = FN(max)(FN(max)(edges->u, edges->v), edges->w);
+  /* least * most < 0 without the product: signs differ. */
+  active = FN(andnot)(active, FN(and)(FN(lt)(least, nothing), FN(lt)(nothing, most)));
+  const MASK zero = FN(and)(active, FN(or)(FN(or)(FN(eq)(edges->u, nothing), FN(eq)(edges->v, nothing)),
+                                           FN(eq)(edges->w, nothing)));
+  if (__builtin_expect(FN(bits)(zero) != 0, 0)) {
+    FN(edges_in_double)(zero, ax, ay, bx, by, cx, cy, edges);
+    const REAL low = FN(min)(FN(min)(edges->u, edges->v), edges->w);
+    const REAL high = FN(max)(FN(max)(edges->u, edges->v), edges->w);
+    active = FN(andnot)(active, FN(and)(FN(lt)(low, nothing), FN(lt)(nothing, high)));
+  }
+  return active;
+}
+
+/* The lanes of `active` that hit the triangle in (t_min, t_max], ranked by (t, primitive) before
+ * the hit they have; t, u and v are valid in those. */
+static inline MASK FN(triangle_test)(const FN(ray) *ray, int axis, const triangle_record *triangle,
+                                     MASK active, REAL best, FN(uint) best_primitive, REAL *t,
+                                     REAL *u, REAL *v, uint64_t *own_box_misses) {
+  FN(edges) edges;
+  active = FN(edge_test)(ray, axis, triangle, active, &edges);
+  if (FN(bits)(active) == 0)
+    return active;
+  const REAL determinant = (edges.u + edges.v) + edges.w;
+  const REAL nothing = FN(set)(0.0f);
+  active = FN(andnot)(active, FN(eq)(determinant, nothing));
+  const REAL depth = (edges.u * edges.az + edges.v * edges.bz) + edges.w * edges.cz;
+  REAL distance = depth * ray->shear_z / determinant;
+
+  float low[3], high[3];
+  for (int i = 0; i < 3; i++) {
+    low[i] = s_min(s_min(triangle->v0[i], triangle->v1[i]), triangle->v2[i]);
+    high[i] = s_max(s_max(triangle->v0[i], triangle->v1[i]), triangle->v2[i]);
+  }
+  REAL near, far;
+  FN(slab)(ray, low, high, &near, &far);
+  const MASK inside = FN(le)(near, far);
+  const uint32_t outside = FN(bits)(FN(andnot)(active, inside));
+  if (__builtin_expect(outside != 0, 0))
+    *own_box_misses += (uint64_t)__builtin_popcount(outside);
+  active = FN(and)(active, inside);
+#ifndef WHITTLE_BREAK_CLAMP
+  distance = FN(min)(FN(max)(distance, near), far);
+#endif
+  active = FN(and)(active, FN(lt)(ray->t_min, distance));
+#ifndef WHITTLE_BREAK_TIE
+  const MASK earlier = FN(and)(FN(eq)(distance, best), FN(above)(triangle->primitive, best_primitive));
+  active = FN(and)(active, FN(or)(FN(lt)(distance, best), earlier));
+#else
+  active = FN(and)(active, FN(or)(FN(lt)(distance, best),
+                                  FN(and)(FN(eq)(distance, best), FN(above)(UINT32_MAX - 1, best_primitive))));
+#endif
+  if (FN(bits)(active) == 0)
+    return active;
+  *t = distance;
+  /* + 0 turns -0 into 0: mirrored shears would else differ in the sign of zero. */
+  *u = edges.v / determinant + nothing;
+  *v = edges.w / determinant + nothing;
+  return active;
+}
+
+#undef REAL
+#undef MASK
+#undef FN

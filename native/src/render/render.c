@@ -1,0 +1,250 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* A render: settings checked, tiles shared out from a queue, statistics added up. */
+
+#define _POSIX_C_SOURCE 200809L
+
+#include "render/render.h"
+
+#include "base/clock.h"
+#include "base/memory.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct render_run {
+  tile_context context;
+  tile_worker *workers;
+  atomic_uint_fast32_t next_tile;
+  atomic_int out_of_memory;
+} render_run;
+
+static uint32_t grid_of(uint32_t samples) {
+  uint32_t grid = 1;
+  while (grid * grid < samples)
+    grid++;
+  return grid;
+}
+
+/* Fills in the defaults and refuses what makes no sense. */
+static whittle_status settle(whittle_settings *s, whittle_error *error) {
+  const whittle_status invalid = WHITTLE_INVALID_ARGUMENT;
+  s->samples = s->samples ? s->samples : 1;
+  if (s->samples > 4096 || grid_of(s->samples) * grid_of(s->samples) != s->samples)
+    return whittle_fail(error, invalid, "samples",
+                        "samples must be a square number from 1 to 4096, not %u", s->samples);
+  if (s->pattern != WHITTLE_REGULAR && s->pattern != WHITTLE_STRATIFIED)
+    return whittle_fail(error, invalid, "pattern", "pattern must be regular or stratified");
+  if (s->max_depth > 64)
+    return whittle_fail(error, invalid, "max_depth", "max_depth must be at most 64, not %u",
+                        s->max_depth);
+  s->max_depth = s->no_bounces ? 0 : s->max_depth ? s->max_depth : 8;
+  if (!(s->cutoff >= 0.0f && s->cutoff <= 1.0f))
+    return whittle_fail(error, invalid, "cutoff", "cutoff must be between 0 and 1");
+  s->cutoff = s->no_cutoff ? 0.0f : s->cutoff > 0.0f ? s->cutoff : 1.0f / 1024;
+  if (s->mode != WHITTLE_FAST && s->mode != WHITTLE_LECTURE && s->mode != WHITTLE_SINGLE)
+    return whittle_fail(error, invalid, "mode", "mode must be fast, lecture or single");
+  const uint32_t p = s->packet;
+  if (p != 0 && p != 1 && p != 16 && p != 64 && p != 256 && p != 1024)
+    return whittle_fail(error, invalid, "packet", "packet must be 1, 16, 64, 256 or 1024, not %u", p);
+  s->threads = s->threads ? s->threads : whittle_default_threads();
+  return WHITTLE_OK;
+}
+
+static whittle_status check_materials(const whittle_scene *scene, whittle_error *error) {
+  for (size_t i = 0; i < scene->mesh_count; i++) {
+    const mesh *m = &scene->meshes[i];
+    if (m->materials == NULL)
+      continue;
+    for (size_t t = 0; t < m->triangle_count; t++)
+      if (m->materials[t] >= scene->material_count)
+        return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "materials",
+                            "mesh %zu, triangle %zu: material %u of %zu does not exist", i, t,
+                            m->materials[t], scene->material_count);
+  }
+  return WHITTLE_OK;
+}
+
+/* Lights in scene space, with intensities for distances measured there. */
+static light_record *prepare_lights(const whittle_scene *scene) {
+  light_record *lights = whittle_allocate(scene->light_count, sizeof *lights);
+  if (lights == NULL)
+    return NULL;
+  for (size_t i = 0; i < scene->light_count; i++) {
+    const whittle_light *from = &scene->lights[i];
+    light_record *to = &lights[i];
+    const bool point = from->kind == WHITTLE_POINT;
+    double length = 0.0;
+    for (int axis = 0; axis < 3; axis++)
+      length = fmax(length, fabs(from->direction[axis]));
+    double sum = 0.0;
+    for (int axis = 0; axis < 3 && !point; axis++)
+      sum += from->direction[axis] / length * (from->direction[axis] / length);
+    for (int axis = 0; axis < 3; axis++) {
+      to->place[axis] =
+          (float)(point ? ldexp(from->position[axis] - scene->frame.center[axis],
+                                -scene->frame.exponent)
+                        : -(from->direction[axis] / length) / sqrt(sum));
+      to->intensity[axis] = (float)(point ? ldexp(from->intensity[axis], -2 * scene->frame.exponent)
+                                          : from->intensity[axis]);
+    }
+    to->kind = from->kind;
+    to->shadow = !from->no_shadow;
+  }
+  return lights;
+}
+
+/* How many rays make a packet of each kind, unless the settings say: measured, see benchmarks. */
+static void choose_packets(tile_context *context) {
+  static const uint32_t chosen[WHITTLE_RAY_KINDS] = {256, 256, 64, 64};
+  const whittle_settings *s = &context->settings;
+  for (int kind = 0; kind < WHITTLE_RAY_KINDS; kind++)
+    context->packets[kind] = s->packet ? s->packet : chosen[kind];
+}
+
+static whittle_status prepare(render_run *run, const whittle_scene *scene,
+                              const whittle_camera *camera, const whittle_settings *settings,
+                              const whittle_image *image, whittle_error *error) {
+  tile_context *c = &run->context;
+  c->settings = *settings;
+  whittle_status status = settle(&c->settings, error);
+  if (status == WHITTLE_OK)
+    status = whittle_camera_rays(scene, camera, &c->camera, error);
+  if (status == WHITTLE_OK)
+    status = check_materials(scene, error);
+  if (status != WHITTLE_OK)
+    return status;
+  c->kernels = whittle_kernels(error);
+  if (c->kernels == NULL)
+    return WHITTLE_UNSUPPORTED;
+  c->scene = scene;
+  c->image = image;
+  c->needs = whittle_needs(scene, &c->settings, image);
+  c->count = c->needs & WHITTLE_NEED_COUNTERS;
+  if (c->settings.generic)
+    c->needs |= WHITTLE_NEED_ALL & ~WHITTLE_NEED_COUNTERS;
+  c->lecture = c->settings.mode == WHITTLE_LECTURE;
+  c->depth_scale = ldexp(1.0, scene->frame.exponent);
+  c->width = camera->width, c->height = camera->height;
+  memcpy(c->region, camera->region, sizeof c->region);
+  if (!(c->region[0] | c->region[1] | c->region[2] | c->region[3]))
+    c->region[2] = camera->width, c->region[3] = camera->height;
+  c->grid = grid_of(c->settings.samples);
+  choose_packets(c);
+  c->tile_edge = c->settings.packet == 1024 ? 32 : WHITTLE_TILE_EDGE;
+  c->tiles_x = (c->region[2] - c->region[0] + c->tile_edge - 1) / c->tile_edge;
+  c->tiles = c->tiles_x * ((c->region[3] - c->region[1] + c->tile_edge - 1) / c->tile_edge);
+  c->light_count = (uint32_t)scene->light_count;
+  c->lights = prepare_lights(scene);
+  return c->lights == NULL ? whittle_out_of_memory(error, "the lights") : WHITTLE_OK;
+}
+
+static void work(void *context, uint32_t worker, whittle_run_state *state) {
+  render_run *run = context;
+  const tile_context *c = &run->context;
+  for (;;) {
+    const uint32_t tile = (uint32_t)atomic_fetch_add(&run->next_tile, 1);
+    if (tile >= c->tiles || whittle_cancelled(state) || atomic_load(&run->out_of_memory))
+      return;
+    if (!c->kernels->render_tile(c, &run->workers[worker], tile))
+      atomic_store(&run->out_of_memory, 1);
+    whittle_advance(state, 1);
+  }
+}
+
+static size_t worker_bytes(const tile_worker *w) {
+  size_t bytes = sizeof *w + ray_batch_bytes(&w->primary) + ray_batch_bytes(&w->shadow) +
+                 w->surface_capacity * sizeof *w->surfaces;
+  for (int i = 0; i < 4; i++)
+    bytes += ray_batch_bytes(&w->secondary[i / 2][i % 2]);
+  return bytes;
+}
+
+static void release_worker(tile_worker *w) {
+  ray_batch_release(&w->primary);
+  ray_batch_release(&w->shadow);
+  for (int i = 0; i < 4; i++)
+    ray_batch_release(&w->secondary[i / 2][i % 2]);
+  whittle_release(w->surfaces);
+}
+
+/* Adds what one worker counted to the whole. */
+static void add_stats(whittle_render_stats *sum, const tile_worker *w) {
+  const whittle_render_stats *s = &w->stats;
+  for (int kind = 0; kind < WHITTLE_RAY_KINDS; kind++) {
+    sum->rays[kind] += s->rays[kind];
+    sum->nodes[kind] += s->nodes[kind];
+    sum->triangles[kind] += s->triangles[kind];
+  }
+  sum->shadow_rays_left_out += s->shadow_rays_left_out;
+  sum->secondary_rays_left_out += s->secondary_rays_left_out;
+  sum->dropped_weight += s->dropped_weight;
+  sum->own_box_misses += s->own_box_misses;
+  sum->packets += w->packet_counters.packets;
+  sum->packet_nodes += w->packet_counters.nodes;
+  sum->packet_rays += w->packet_counters.rays;
+  sum->decided_first += w->packet_counters.decided_first;
+  sum->decided_frustum += w->packet_counters.decided_frustum;
+  sum->decided_brute_force += w->packet_counters.decided_brute_force;
+  sum->active_rays += w->packet_counters.active_rays;
+  sum->visited_rays += w->packet_counters.visited_rays;
+  sum->seconds_primary += s->seconds_primary;
+  sum->seconds_shadow += s->seconds_shadow;
+  sum->seconds_secondary += s->seconds_secondary;
+  sum->seconds_shade += s->seconds_shade;
+  sum->bytes += worker_bytes(w);
+}
+
+static void collect(const render_run *run, uint32_t threads, double start, uint32_t needs,
+                    whittle_render_stats *stats) {
+  const tile_context *c = &run->context;
+  *stats = (whittle_render_stats){.threads = threads, .needs = needs, .kernel_needs = c->needs};
+  for (uint32_t i = 0; i < threads; i++)
+    add_stats(stats, &run->workers[i]);
+  const double pixels = (double)(c->region[2] - c->region[0]) * (c->region[3] - c->region[1]);
+  stats->dropped_weight /= pixels * c->settings.samples;
+  stats->seconds = whittle_seconds() - start;
+}
+
+whittle_status whittle_render_run(const whittle_scene *scene, const whittle_camera *camera,
+                                  const whittle_settings *settings, const whittle_image *image,
+                                  whittle_render_stats *stats, whittle_run_state *state,
+                                  whittle_error *error) {
+  whittle_status status = whittle_scene_read_begin(scene, error);
+  if (status != WHITTLE_OK)
+    return status;
+  const double start = whittle_seconds();
+  render_run run = {.context = {.cancelled = &state->cancelled}};
+  uint32_t threads = 0;
+  status = prepare(&run, scene, camera, settings, image, error);
+  if (status == WHITTLE_OK) {
+    threads = run.context.settings.threads;
+    threads = threads < run.context.tiles ? threads : run.context.tiles;
+    run.workers = whittle_allocate(threads, sizeof *run.workers);
+    if (run.workers == NULL)
+      status = whittle_out_of_memory(error, "the threads' ray buffers");
+  }
+  if (status == WHITTLE_OK) {
+    memset(run.workers, 0, threads * sizeof *run.workers);
+    state->total = run.context.tiles;
+    status = whittle_run(threads, work, &run, state, &settings->progress, error);
+    if (status == WHITTLE_OK && atomic_load(&run.out_of_memory))
+      status = whittle_fail(error, WHITTLE_OUT_OF_MEMORY, "max_depth",
+                            "the rays of one tile do not fit into memory: lower max_depth or raise cutoff");
+    if (status == WHITTLE_OK && stats != NULL)
+      collect(&run, threads, start, whittle_needs(scene, &run.context.settings, image), stats);
+    for (uint32_t i = 0; i < threads; i++)
+      release_worker(&run.workers[i]);
+  }
+  whittle_release(run.workers);
+  whittle_release((void *)run.context.lights);
+  whittle_scene_read_end(scene);
+  return status;
+}
+
+whittle_status whittle_render(const whittle_scene *scene, const whittle_camera *camera,
+                              const whittle_settings *settings, const whittle_image *image,
+                              whittle_render_stats *stats, whittle_error *error) {
+  whittle_run_state state = {0};
+  return whittle_render_run(scene, camera, settings, image, stats, &state, error);
+}

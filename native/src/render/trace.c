@@ -1,0 +1,149 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* The caller's rays through the kernels, in chunks shared out from a queue. */
+
+#define _POSIX_C_SOURCE 200809L
+
+#include "base/threads.h"
+#include "kernel/kernel.h"
+#include "scene/rays.h"
+
+#include <math.h>
+
+/* Below this many rays a thread costs more than it saves. */
+#define RAYS_WORTH_A_THREAD 4096
+
+typedef struct trace_run {
+  const whittle_scene *scene;
+  const whittle_rays *rays;
+  const whittle_hits *hits; /* NULL: only whether anything is hit */
+  uint8_t *blocked;
+  const kernel_table *kernels;
+  uint32_t packet, visibility;
+  bool count, masked;
+  atomic_size_t next;
+} trace_run;
+
+typedef struct chunk_results {
+  float u[RAY_CHUNK], v[RAY_CHUNK];
+  uint32_t record[RAY_CHUNK], skip[RAY_CHUNK], nodes[RAY_CHUNK], triangles[RAY_CHUNK];
+} chunk_results;
+
+static ray_stream stream_of(ray_chunk *chunk, chunk_results *results) {
+  ray_stream rays = {.count = chunk->count,
+                     .t_min = chunk->t_min,
+                     .t = chunk->t_max,
+                     .u = results->u,
+                     .v = results->v,
+                     .record = results->record,
+                     .skip = results->skip,
+                     .nodes = results->nodes,
+                     .triangles = results->triangles};
+  for (int axis = 0; axis < 3; axis++) {
+    rays.origin[axis] = chunk->origin[axis];
+    rays.direction[axis] = chunk->direction[axis];
+  }
+  for (uint32_t i = 0; i < RAY_CHUNK; i++)
+    results->skip[i] = WHITTLE_NONE;
+  return rays;
+}
+
+static void give_hits(const trace_run *run, const ray_chunk *chunk, const chunk_results *results,
+                      size_t first) {
+  const whittle_hits *hits = run->hits;
+  for (uint32_t i = 0; i < chunk->count; i++) {
+    const size_t to = first + i;
+    const uint32_t record = results->record[i];
+    const bool hit = record != WHITTLE_NONE;
+    const triangle_record *triangle = hit ? &run->scene->triangles[record] : NULL;
+    if (hits->t)
+      hits->t[to] = hit ? whittle_rays_t(chunk, i, chunk->t_max[i]) : INFINITY;
+    if (hits->instance)
+      hits->instance[to] = hit ? (int32_t)triangle->instance : -1;
+    if (hits->triangle)
+      hits->triangle[to] = hit ? (int32_t)triangle->triangle : -1;
+    if (hits->u)
+      hits->u[to] = hit ? results->u[i] : 0.0f;
+    if (hits->v)
+      hits->v[to] = hit ? results->v[i] : 0.0f;
+    if (hits->nodes)
+      hits->nodes[to] = results->nodes[i];
+    if (hits->triangles)
+      hits->triangles[to] = results->triangles[i];
+  }
+}
+
+static void work(void *context, uint32_t worker, whittle_run_state *state) {
+  (void)worker, (void)state;
+  trace_run *run = context;
+  uint64_t own_box_misses = 0;
+  const trace_context trace = {.scene = run->scene,
+                               .mode = run->packet > 1 ? WHITTLE_FAST : WHITTLE_SINGLE,
+                               .packet = run->packet,
+                               .visibility = run->visibility,
+                               .masked = run->masked,
+                               .count = run->count,
+                               .own_box_misses = &own_box_misses};
+  ray_chunk chunk;
+  chunk_results results;
+  for (;;) {
+    const size_t first = atomic_fetch_add(&run->next, RAY_CHUNK);
+    if (first >= run->rays->count)
+      return;
+    const size_t left = run->rays->count - first;
+    whittle_rays_load(&run->scene->frame, run->rays, first,
+                      (uint32_t)(left < RAY_CHUNK ? left : RAY_CHUNK), &chunk);
+    ray_stream rays = stream_of(&chunk, &results);
+    if (run->hits != NULL) {
+      run->kernels->closest(&trace, &rays);
+      give_hits(run, &chunk, &results, first);
+    } else {
+      run->kernels->any(&trace, &rays);
+      for (uint32_t i = 0; i < chunk.count; i++)
+        run->blocked[first + i] = results.record[i] != WHITTLE_NONE;
+    }
+  }
+}
+
+static whittle_status trace(trace_run *run, const whittle_trace_options *options,
+                            whittle_error *error) {
+  const whittle_scene *scene = run->scene;
+  const uint32_t packet = options ? options->packet : 0;
+  if (packet > WHITTLE_MAX_PACKET)
+    return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "packet", "packet must be at most %d, not %u",
+                        WHITTLE_MAX_PACKET, packet);
+  whittle_status status = whittle_rays_check(run->rays, error);
+  if (status != WHITTLE_OK)
+    return status;
+  status = whittle_scene_read_begin(scene, error);
+  if (status != WHITTLE_OK)
+    return status;
+  run->kernels = whittle_kernels(error);
+  run->packet = packet ? packet : 1;
+  run->visibility = run->rays->visibility ? run->rays->visibility : WHITTLE_ALL;
+  for (size_t i = 0; i < scene->instance_count; i++)
+    run->masked |= scene->instances[i].visibility != WHITTLE_ALL || run->visibility != WHITTLE_ALL;
+  uint32_t threads = options && options->threads ? options->threads : whittle_default_threads();
+  const size_t useful = run->rays->count / RAYS_WORTH_A_THREAD + 1;
+  threads = threads < useful ? threads : (uint32_t)useful;
+  whittle_run_state state = {.total = run->rays->count};
+  status = run->kernels == NULL ? WHITTLE_UNSUPPORTED
+                                : whittle_run(threads, work, run, &state, NULL, error);
+  whittle_scene_read_end(scene);
+  return status;
+}
+
+whittle_status whittle_intersect(const whittle_scene *scene, const whittle_rays *rays,
+                                 const whittle_hits *hits, const whittle_trace_options *options,
+                                 whittle_error *error) {
+  trace_run run = {.scene = scene, .rays = rays, .hits = hits};
+  run.count = hits->nodes != NULL || hits->triangles != NULL;
+  return trace(&run, options, error);
+}
+
+whittle_status whittle_occluded(const whittle_scene *scene, const whittle_rays *rays,
+                                uint8_t *blocked, const whittle_trace_options *options,
+                                whittle_error *error) {
+  trace_run run = {.scene = scene, .rays = rays, .blocked = blocked};
+  return trace(&run, options, error);
+}
