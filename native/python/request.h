@@ -1,0 +1,28 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* What Scene.render and Scene.start are asked for, and the images that will hold it. */
+
+#pragma once
+
+#include "arrays.h"
+
+typedef struct render_request {
+  whittle_camera camera;
+  whittle_settings settings;
+  whittle_pass passes[WHITTLE_PASS_COUNT]; /* in the order of the result */
+  int pass_count;
+} render_request;
+
+/* Reads camera and settings (NULL or None: all defaults); false and ValueError naming the key. */
+bool request_read(module_state *state, PyObject *camera, PyObject *settings,
+                  render_request *request);
+
+typedef struct render_images {
+  whittle_image image;
+  array_view views[WHITTLE_PASS_COUNT];
+  PyObject *dict; /* name -> array */
+} render_images;
+
+/* New arrays for the passes of a request, held until images_release, which may follow a failure. */
+bool images_new(module_state *state, const render_request *request, render_images *images);
+void images_release(render_images *images);
