@@ -9,7 +9,7 @@ import bpy
 import mathutils
 
 from ..notes import Notes
-from .nodes import Reader, feeding, surface_input
+from .nodes import Reader, feeding, in_use, surface_input
 
 
 def export(ob: bpy.types.Object, matrix: mathutils.Matrix, notes: Notes) -> dict[str, Any]:
@@ -42,7 +42,7 @@ def _power(ob: bpy.types.Object, notes: Notes) -> list[float]:
 def _node_strength(ob: bpy.types.Object, notes: Notes) -> tuple[float, float, float]:
     """What the light's own nodes multiply its power with."""
     light = ob.data
-    if not light.use_nodes or light.node_tree is None:
+    if not in_use(light):
         return (1.0, 1.0, 1.0)
     socket = surface_input(light.node_tree)
     source = None if socket is None else feeding(socket, ())[0]

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ..notes import Notes, listed, plural
-from .nodes import feeding, surface_input
+from .nodes import feeding, in_use, surface_input
 from .shaders import SHARP_BELOW, Row, Surface, flat
 
 DEFAULT: Row = {"diffuse": (0.8, 0.8, 0.8)}
@@ -44,7 +44,7 @@ class Table:
         def note(line: str) -> None:
             self._notes.add(f"Material '{material.name}': {line}")
 
-        if not _has_nodes(material):
+        if not in_use(material):
             return flat(material.diffuse_color, material.metallic, material.roughness)
         socket = surface_input(material.node_tree)
         if socket is None:
@@ -70,8 +70,3 @@ def _note_other_outputs(output: bpy.types.Node, note: Any) -> None:
     for name in ("Volume", "Displacement"):
         if output.inputs[name].is_linked:
             note(f"{name} is left out")
-
-
-def _has_nodes(material: bpy.types.Material) -> bool:
-    # From 5.0 on nodes are always in use, and asking warns.
-    return material.node_tree is not None and (bpy.app.version >= (5, 0) or material.use_nodes)

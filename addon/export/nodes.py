@@ -97,6 +97,12 @@ def _fit(value: Any, socket: bpy.types.NodeSocket) -> Any:
     return value
 
 
+def in_use(owner: bpy.types.ID) -> bool:
+    """Whether a material, light or world is what its nodes say."""
+    # From 5.0 on nodes are always in use, and asking warns.
+    return owner.node_tree is not None and (bpy.app.version >= (5, 0) or owner.use_nodes)
+
+
 def surface_input(
     tree: bpy.types.NodeTree, input_name: str = "Surface"
 ) -> bpy.types.NodeSocket | None:

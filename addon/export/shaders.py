@@ -157,7 +157,7 @@ def _metal_and_plastic(
     elif transmission == 0.0 and level != 0.5:
         ior = _leveled(ior, level)
     return {
-        "metal": color,
+        "metal": color if metallic > 0.0 else (0.0, 0.0, 0.0),
         "metal_weight": metallic,
         "specular": _scaled(rest, tint),
         "transmission": tuple(rest * transmission * sqrt(max(0.0, c)) for c in color),

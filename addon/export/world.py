@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ..notes import Notes
-from .nodes import Reader, feeding, surface_input
+from .nodes import Reader, feeding, in_use, surface_input
 
 Color = tuple[float, float, float]
 BLACK: Color = (0.0, 0.0, 0.0)
@@ -32,7 +32,7 @@ def export(scene: bpy.types.Scene, notes: Notes) -> dict[str, Any]:
 
 
 def _color(world: bpy.types.World, notes: Notes) -> Color:
-    if not _has_nodes(world):
+    if not in_use(world):
         return tuple(world.color)
     socket = surface_input(world.node_tree)
     source = None if socket is None else feeding(socket, ())[0]
@@ -49,8 +49,3 @@ def _color(world: bpy.types.World, notes: Notes) -> Color:
     reader = Reader(node, source[1], note)
     strength = reader.value("Strength", 1.0)
     return tuple(strength * channel for channel in reader.color("Color", 0.8))
-
-
-def _has_nodes(world: bpy.types.World) -> bool:
-    # From 5.0 on nodes are always in use, and asking warns.
-    return world.node_tree is not None and (bpy.app.version >= (5, 0) or world.use_nodes)
