@@ -207,6 +207,16 @@ int naive_trace(int test, int box, int group, int lowest, const float *v, int64_
   return 0;
 }
 
+/* t of ray i and triangle i, without any box; infinity where they miss. */
+void naive_pairs(int test, const float *v, const float *o, const float *d, int64_t rows, float *t) {
+  for (int64_t i = 0; i < rows; i++) {
+    ray r;
+    set_up(&r, o + 3 * i, d + 3 * i);
+    if (!hits_triangle(&r, v + 9 * i, (triangle_test)test, &t[i]) || !(t[i] > 0))
+      t[i] = INFINITY;
+  }
+}
+
 /* One triangle, one box and one ray a row: how many hits of the triangle the box loses. */
 int64_t naive_box_losses(int test, int box, const float *v, const float *o, const float *d,
                          int64_t rows, int64_t *hits) {
@@ -235,6 +245,21 @@ int64_t naive_edge_asymmetry(int fused, const float *a, const float *b, int64_t 
     bad += ab != -ba;
   }
   return bad;
+}
+
+/* Draws whole tiles without looking at the image's size, into a buffer with room to spare; gives how
+ * many pixels outside the image's memory were written. `buffer` holds `room` zeros. */
+int64_t naive_tiles(int64_t width, int64_t height, int64_t tile, uint8_t *buffer, int64_t room) {
+  int64_t outside = 0;
+  for (int64_t y0 = 0; y0 < height; y0 += tile)
+    for (int64_t x0 = 0; x0 < width; x0 += tile)
+      for (int64_t y = y0; y < y0 + tile; y++)
+        for (int64_t x = x0; x < x0 + tile; x++)
+          if (y * width + x < room)
+            buffer[y * width + x] = 1;
+  for (int64_t i = width * height; i < room; i++)
+    outside += buffer[i];
+  return outside;
 }
 
 /* How many of the boxes that some ray of a packet hits are culled by four planes through the

@@ -32,7 +32,7 @@ def library() -> ctypes.CDLL:
         subprocess.run(["cc", *flags, *map(str, sources), "-o", str(part), "-lm"], check=True)
         part.replace(path)
     loaded = ctypes.CDLL(str(path))
-    for name in ("naive_box_losses", "naive_edge_asymmetry", "naive_frustum_culls"):
+    for name in ("naive_box_losses", "naive_edge_asymmetry", "naive_frustum_culls", "naive_tiles"):
         getattr(loaded, name).restype = ctypes.c_int64
     return loaded
 
@@ -75,6 +75,22 @@ def trace(
     if short:
         raise MemoryError("the naive tracer ran out of memory")
     return t, found
+
+
+def pairs(corners: NDArray, origins: NDArray, directions: NDArray, test: int) -> NDArray[np.float32]:
+    """t of ray i and triangle i without any box; infinity where they miss."""
+    v, o, d = _floats(corners), _floats(origins), _floats(directions)
+    t = np.empty(len(v), np.float32)
+    rows = ctypes.c_int64(len(v))
+    library().naive_pairs(test, _pointer(v), _pointer(o), _pointer(d), rows, _pointer(t))
+    return t
+
+
+def tiles(width: int, height: int, tile: int) -> int:
+    """Pixels that a tile loop without bounds writes outside the image's memory."""
+    buffer = np.zeros((width + tile) * (height + tile) + tile, np.uint8)
+    numbers = [ctypes.c_int64(n) for n in (width, height, tile)]
+    return library().naive_tiles(*numbers, _pointer(buffer), ctypes.c_int64(len(buffer)))
 
 
 def box_losses(corners: NDArray, origins: NDArray, directions: NDArray, test: int, box: int):

@@ -1,0 +1,326 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The benchmark measures what it says: known rays, counted mismatches, honest errors."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BENCH = ROOT / "native" / "bench"
+FIELDS = {
+    *("scene", "triangles", "kind", "threads", "isa", "rays", "whittle", "embree", "ratio"),
+    *("embree_mode", "embree_quality", "hits_whittle", "hits_embree", "mismatches", "spread"),
+}
+
+# A square of side 1 seen head-on from (0, 0, 2), where the image is 2 wide and high at its depth:
+# half the pixels of each axis. The light is behind it; a wall behind the camera closes the scene.
+SQUARE = r"""# camera: 0 0 2  0 0 0  0 1 0  53.13010235
+# light: 0 0 -2
+v -0.5 -0.5 0
+v 0.5 -0.5 0
+v 0.5 0.5 0
+v -0.5 0.5 0
+vt 0 0
+vn 0 0 1
+f 1/1/1 2/1/1 3/1/1 \
+  4/1/1   # a quad, continued
+v -9 -9 3
+v 9 -9 3
+v 9 9 3
+v -9 9 3
+f -4//1 -3//1 -2//1
+f -4 -2 -1
+"""
+SIZE = 64
+SEEN = (SIZE // 2) ** 2
+
+
+def load_bench() -> ModuleType:
+    """bench.py as a module."""
+    spec = importlib.util.spec_from_file_location("bench", BENCH / "bench.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+bench = load_bench()
+
+
+@pytest.fixture(scope="module")
+def program() -> Path:
+    """The benchmark program, built from this checkout."""
+    return bench.build_program()
+
+
+def run_program(program: Path, *scenes: str, **environment: str) -> subprocess.CompletedProcess:
+    """Measures quickly; whatever comes of it."""
+    options = ["--embree", str(bench.find_embree()), "--size", f"{SIZE}x{SIZE}", "--rounds", "3"]
+    return subprocess.run(
+        [str(program), *options, *scenes],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | environment,
+    )
+
+
+def records_of(done: subprocess.CompletedProcess) -> list[dict[str, Any]]:
+    """The records of a run that went well."""
+    assert done.returncode == 0, done.stderr
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+@pytest.fixture(scope="module", params=["\n", "\r\n"], ids=["lf", "crlf"])
+def square(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The square as a file, with either kind of line end."""
+    path = tmp_path_factory.mktemp("square") / "my square.obj"
+    path.write_bytes(SQUARE.replace("\n", request.param).encode())
+    return path
+
+
+def test_known_rays_hit_what_they_must(program: Path, square: Path) -> None:
+    records = records_of(run_program(program, str(square)))
+    assert {r["scene"] for r in records} == {"my square"}
+    assert {r["triangles"] for r in records} == {4}
+    expected = {"primary": (SIZE**2, SEEN), "shadow": (SEEN, SEEN), "mirror": (SEEN, SEEN)}
+    for kind, (rays, hit) in expected.items():
+        own = [r for r in records if r["kind"] == kind]
+        assert own
+        for r in own:
+            assert (r["rays"], r["hits_whittle"], r["hits_embree"]) == (rays, hit, hit), kind
+            assert r["mismatches"] == 0
+    random = [r for r in records if r["kind"] == "random"]
+    assert random and all(0 < r["hits_whittle"] < SIZE**2 for r in random)
+
+
+def test_records_are_complete_and_consistent(program: Path) -> None:
+    records = records_of(run_program(program, "terrain:2000", "slivers:500+ground"))
+    assert {r["scene"] for r in records} == {"terrain:2000", "slivers:500+ground"}
+    threads = {1, bench.os.cpu_count()} if len({r["threads"] for r in records}) > 1 else {1}
+    assert {r["threads"] for r in records} <= threads | set(range(1, 1025))
+    for scene in ("terrain:2000", "slivers:500+ground"):
+        kinds = {r["kind"] for r in records if r["scene"] == scene and r["threads"] == 1}
+        assert kinds == {"build", "primary", "shadow", "mirror", "random"}
+    for r in records:
+        assert r.keys() >= FIELDS
+        assert r["ratio"] == pytest.approx(r["whittle"] / r["embree"], rel=1e-4)
+        if r["kind"] == "build":
+            assert r["whittle_bytes"] > 0 and r["embree_bytes"] > 0
+            continue
+        assert r["mismatches"] <= 1e-3 * r["rays"]
+        assert r["embree"] == max(r["embree_modes"].values())
+        assert r["embree_modes"][r["embree_mode"]] == r["embree"]
+        assert r["ratio_single"] == pytest.approx(r["whittle"] / r["embree_modes"]["1"], rel=1e-4)
+
+
+def test_both_sides_get_the_instruction_set_asked_for(program: Path) -> None:
+    records = records_of(run_program(program, "terrain:200", WHITTLE_ISA="sse4.2"))
+    widest = set(records_of(run_program(program, "terrain:200"))[0]["embree_isa"])
+    for r in records:
+        assert r["isa"] == "sse4.2"
+        if widest != {"sse4.2"}:
+            assert r["embree_isa"] == "sse4.2"
+        if r["kind"] != "build":
+            assert set(r["embree_modes"]) == {"1", "4", "4 coherent"}
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "line 4: there is no vertex 4 among 3"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", "line 4: there is no vertex -4 among 3"),
+        ("v 0 0 0\nv 1 0 0\nf 1 2\n", "line 3: a face needs at least 3"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 x 3\n", "line 4: a face needs at least 3"),
+        ("v 0 zero 0\nf 1 1 1\n", "line 1: a vertex needs 3 finite numbers"),
+        ("v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "line 1: a vertex needs 3 finite numbers"),
+        ("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "line 1: a vertex needs 3 finite numbers"),
+        ("v 0 0 0\n", "holds no faces"),
+    ],
+)
+def test_a_bad_file_is_named_with_its_line(
+    program: Path, tmp_path: Path, text: str, sentence: str
+) -> None:
+    path = tmp_path / "bad.obj"
+    path.write_text(text)
+    done = run_program(program, str(path))
+    assert done.returncode == 1
+    assert str(path) in done.stderr
+    assert sentence in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["nowhere.obj"], "cannot read nowhere.obj"),
+        (["teapots"], "no scene is called teapots"),
+        (["terrain:1"], "number of triangles must be from 2"),
+        (["--size", "64", "spheres"], "--size must be WIDTHxHEIGHT"),
+        (["--rounds", "0", "spheres"], "--rounds must be a number from 1"),
+        (["--quality", "best", "terrain:200"], "low, medium, high or robust, not best"),
+        (["--colour", "red", "spheres"], "there is no option --colour"),
+        (["--embree", "missing.so", "spheres"], "cannot load Embree"),
+        ([], "usage:"),
+    ],
+)
+def test_bad_arguments_end_with_a_sentence(
+    program: Path, arguments: list[str], sentence: str
+) -> None:
+    done = run_program(program, *arguments)
+    assert done.returncode == 1
+    assert sentence in done.stderr
+
+
+class Stream(ctypes.Structure):
+    """`stream` of rays.h."""
+
+    _fields_ = [
+        ("kind", ctypes.c_char_p),
+        ("count", ctypes.c_size_t),
+        ("origins", ctypes.c_void_p),
+        ("one_origin", ctypes.c_int),
+        ("directions", ctypes.c_void_p),
+        ("t_max", ctypes.c_float),
+        ("any_hit", ctypes.c_int),
+        ("is_coherent", ctypes.c_int),
+    ]
+
+
+class Hits(ctypes.Structure):
+    """`hits` of rays.h."""
+
+    _fields_ = [(name, ctypes.c_void_p) for name in ("t", "triangle", "u", "v", "blocked")]
+
+
+@pytest.fixture(scope="module")
+def functions(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    """The comparing and measuring functions as a library of their own."""
+    library = tmp_path_factory.mktemp("functions") / "functions.so"
+    sources = [str(BENCH / name) for name in ("compare.c", "measure.c", "fail.c")]
+    command = ["cc", "-std=c11", "-D_GNU_SOURCE", "-shared", "-fPIC", "-o", str(library)]
+    subprocess.run([*command, *sources, "-lm"], check=True)
+    loaded = ctypes.CDLL(str(library))
+    loaded.compare_mismatches.restype = ctypes.c_size_t
+    loaded.compare_count_hits.restype = ctypes.c_size_t
+    loaded.measure_quantile.restype = ctypes.c_double
+    loaded.measure_spread.restype = ctypes.c_double
+    return loaded
+
+
+def hits_of(t: list[float]) -> tuple[Hits, list[np.ndarray]]:
+    """Hits at these t, and the arrays that must outlive them."""
+    times = np.array(t, np.float32)
+    arrays = [times, np.where(np.isinf(times), -1, 7).astype(np.int32)]
+    arrays += [np.zeros_like(times), np.zeros_like(times)]
+    return Hits(*[a.ctypes.data for a in arrays], None), arrays
+
+
+def test_mismatches_are_counted(functions: ctypes.CDLL) -> None:
+    infinity = float("inf")
+    ours = [1.0, 1.0, 1.0, infinity, infinity, 100.0, 100.0, float("nan")]
+    theirs = [1.0, 1.0001, 1.00012, infinity, 5.0, infinity, 100.009, 1.0]
+    first, keep = hits_of(ours)
+    second, keep_too = hits_of(theirs)
+    assert keep and keep_too
+    stream = Stream(kind=b"primary", count=len(ours))
+    arguments = [ctypes.byref(x) for x in (stream, first, second)]
+    # 1.00012 is too far, two differ in whether they hit, and nan equals nothing.
+    assert functions.compare_mismatches(*arguments) == 4
+    assert functions.compare_count_hits(arguments[0], arguments[1]) == 6
+    assert functions.compare_identical(*arguments) == 0
+    assert functions.compare_identical(arguments[0], arguments[1], arguments[1]) == 1
+
+
+def test_blocked_rays_are_compared(functions: ctypes.CDLL) -> None:
+    ours, theirs = np.array([0, 1, 1, 0], np.uint8), np.array([0, 1, 0, 1], np.uint8)
+    stream = Stream(kind=b"shadow", count=4, any_hit=1)
+    hits = [Hits(None, None, None, None, a.ctypes.data) for a in (ours, theirs)]
+    assert functions.compare_mismatches(*[ctypes.byref(x) for x in (stream, *hits)]) == 2
+
+
+def test_quantiles_match_numpy(functions: ctypes.CDLL) -> None:
+    generator = np.random.default_rng(5)
+    for count in (1, 2, 5, 8):
+        values = generator.random(count) + 1
+        pointer = values.ctypes.data_as(ctypes.c_void_p)
+        quarter, median, three = np.quantile(values, [0.25, 0.5, 0.75])
+        found = functions.measure_quantile(pointer, ctypes.c_size_t(count), ctypes.c_double(0.25))
+        assert found == pytest.approx(quarter, rel=1e-12)
+        spread = functions.measure_spread(pointer, ctypes.c_size_t(count))
+        assert spread == pytest.approx((three - quarter) / median, rel=1e-12)
+
+
+def test_rounds_are_interleaved(functions: ctypes.CDLL) -> None:
+    run_type = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p)
+
+    class Contender(ctypes.Structure):
+        _fields_ = [("run", run_type), ("user", ctypes.c_void_p), ("seconds", ctypes.c_void_p)]
+
+    log: list[int] = []
+    durations = {1: 0.5, 2: 0.004}  # the second is repeated: three times fill 10 ms
+
+    @run_type
+    def run(user: int) -> float:
+        log.append(user)
+        return durations[user]
+
+    seconds = np.zeros((2, 3))
+    pair = (Contender * 2)(*[Contender(run, i + 1, seconds[i].ctypes.data) for i in range(2)])
+    functions.measure_rounds(pair, ctypes.c_size_t(2), ctypes.c_size_t(3))
+    second = [2, 2, 2]
+    assert log == [1, 2, 1, *second, *second, 1, 1, *second]
+    assert seconds == pytest.approx(np.array([[0.5] * 3, [0.004] * 3]))
+
+
+def test_view_of_an_exported_scene() -> None:
+    view = {
+        "to_world": [[1, 0, 0, 4], [0, 0, -1, 5], [0, 1, 0, 6], [0, 0, 0, 1]],
+        "projection": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, -0.2], [0, 0, -1, 0]],
+        "lights": [{"position": [1, 2, 3], "power": 5}, {"position": [4, 5, 6], "power": 9}],
+    }
+    assert bench.view_comments(view) == (
+        "# camera: 4 5 6 4 6 6 0 0 1 90\n# light: 4 5 6\n"
+    )
+
+
+def test_front_writes_records_and_page(square: Path, tmp_path: Path) -> None:
+    out = tmp_path / "records.json"
+    command = [sys.executable, str(BENCH / "bench.py"), str(square), "--json", str(out)]
+    command += ["--size", "64x64", "--rounds", "2"]
+    # A caller's own scenes leave the project's page alone.
+    before = (ROOT / "docs" / "benchmarks.md").stat().st_mtime_ns
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (ROOT / "docs" / "benchmarks.md").stat().st_mtime_ns == before
+    records = json.loads(out.read_text())
+    assert all(r.keys() >= FIELDS for r in records)
+    rows = [line for line in done.stdout.splitlines() if line.startswith(("primary", "build"))]
+    assert len(rows) == len([r for r in records if r["kind"] in ("primary", "build")])
+    page = ROOT / "docs" / "make" / "benchmarks.py"
+    subprocess.run([sys.executable, str(page), str(out), "--out", str(tmp_path)], check=True)
+    text = (tmp_path / "benchmarks.md").read_text()
+    for r in records:
+        assert re.search(rf"\| {r['whittle']:.1f}\d* \| ", text)
+    assert (tmp_path / "pictures" / "benchmarks.png").stat().st_size > 10_000
+
+
+def test_front_says_what_fails(tmp_path: Path) -> None:
+    out = tmp_path / "records.json"
+    command = [sys.executable, str(BENCH / "bench.py"), "nowhere.obj", "--json", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "cannot read nowhere.obj" in done.stderr
+    assert not out.exists()
