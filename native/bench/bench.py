@@ -9,6 +9,7 @@ import importlib.util
 import json
 import math
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -36,20 +37,27 @@ def find_embree() -> Path:
     return libraries[0]
 
 
+def run_quietly(command: list[str]) -> None:
+    """Run to the end; CalledProcessError, and all it printed, if it fails."""
+    done = subprocess.run(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
+    )
+    if done.returncode != 0:
+        sys.stderr.write(done.stdout)
+        raise subprocess.CalledProcessError(done.returncode, command)
+
+
 def build_program() -> Path:
-    """Configure and build the benchmark program beside the core. CalledProcessError if it fails."""
+    """Configure and build the benchmark program beside the core; gives its path."""
+    places = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    cmake = shutil.which("cmake", path=places)
+    if cmake is None:
+        raise FileNotFoundError("CMake is missing: pip install cmake")
     BUILD.mkdir(parents=True, exist_ok=True)
     options = ["-DCMAKE_BUILD_TYPE=Release", "-DWHITTLE_BENCH=ON", "-DWHITTLE_PYTHON=OFF"]
-    commands = [
-        ["cmake", "-S", str(ROOT / "native"), "-B", str(BUILD), *options],
-        ["cmake", "--build", str(BUILD), "--target", "whittle_bench", "--parallel"],
-    ]
-    for command in commands:
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        if done.returncode != 0:
-            sys.stderr.write(done.stdout)
-            raise subprocess.CalledProcessError(done.returncode, command)
-    return next(path for path in BUILD.rglob("whittle_bench") if path.is_file())
+    run_quietly([cmake, "-S", str(ROOT / "native"), "-B", str(BUILD), *options])
+    run_quietly([cmake, "--build", str(BUILD), "--target", "whittle_bench", "--parallel"])
+    return BUILD / "bench" / "whittle_bench"
 
 
 def view_comments(view: dict[str, Any]) -> str:
@@ -68,16 +76,7 @@ def view_comments(view: dict[str, Any]) -> str:
 
 def export_demo() -> Path:
     """Write the demo scene's triangles and its view into one .obj file. Needs bpy."""
-    script = ROOT / "docs" / "make" / "export_obj.py"
-    done = subprocess.run(
-        [sys.executable, str(script), str(DEMO)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    if done.returncode != 0:
-        sys.stderr.write(done.stdout)
-        raise subprocess.CalledProcessError(done.returncode, done.args)
+    run_quietly([sys.executable, str(ROOT / "docs" / "make" / "export_obj.py"), str(DEMO)])
     with DEMO.open("a") as file:
         file.write(view_comments(json.loads(DEMO.with_suffix(".json").read_text())))
     return DEMO
@@ -150,20 +149,22 @@ def print_records(records: Iterator[Record]) -> list[Record]:
 
 
 def parse_arguments() -> argparse.Namespace:
-    """The command line; SCENES and JSON of the environment stand in for what it leaves out."""
+    """The command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("scenes", nargs="*", help=".obj files, spheres, terrain:N, slivers:N")
-    parser.add_argument("--json", type=Path, help="where the list of records goes")
+    parser.add_argument(
+        "--scenes",
+        nargs="+",
+        metavar="SCENE",
+        help="FILE.obj, spheres, terrain:N, slivers:N; with +ground behind: on a large square",
+    )
+    parser.add_argument("--json", type=Path, default=RECORDS, help="where the records go")
     parser.add_argument("--embree", type=Path, help="the Embree 4 library")
     parser.add_argument("--page", action="store_true", help="redraw docs/benchmarks.md")
     parser.add_argument("--quality", help="of Embree's build: low, medium, high, robust")
     parser.add_argument("--size", help="of the image: WIDTHxHEIGHT, 1280x800 unless told")
     parser.add_argument("--rounds", help="of each measurement, 7 unless told")
     parser.add_argument("--threads", help="of all, the processors at hand unless told")
-    arguments = parser.parse_args()
-    arguments.scenes = arguments.scenes or os.environ.get("SCENES", "").split()
-    arguments.json = arguments.json or Path(os.environ.get("JSON") or RECORDS)
-    return arguments
+    return parser.parse_args()
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -110,8 +110,8 @@ def test_known_rays_hit_what_they_must(program: Path, square: Path) -> None:
 def test_records_are_complete_and_consistent(program: Path) -> None:
     records = records_of(run_program(program, "terrain:2000", "slivers:500+ground"))
     assert {r["scene"] for r in records} == {"terrain:2000", "slivers:500+ground"}
-    threads = {1, bench.os.cpu_count()} if len({r["threads"] for r in records}) > 1 else {1}
-    assert {r["threads"] for r in records} <= threads | set(range(1, 1025))
+    threads = {r["threads"] for r in records}
+    assert 1 in threads and len(threads) <= 2
     for scene in ("terrain:2000", "slivers:500+ground"):
         kinds = {r["kind"] for r in records if r["scene"] == scene and r["threads"] == 1}
         assert kinds == {"build", "primary", "shadow", "mirror", "random"}
@@ -129,11 +129,10 @@ def test_records_are_complete_and_consistent(program: Path) -> None:
 
 def test_both_sides_get_the_instruction_set_asked_for(program: Path) -> None:
     records = records_of(run_program(program, "terrain:200", WHITTLE_ISA="sse4.2"))
-    widest = set(records_of(run_program(program, "terrain:200"))[0]["embree_isa"])
+    widest = records_of(run_program(program, "terrain:200"))[0]["isa"]
     for r in records:
         assert r["isa"] == "sse4.2"
-        if widest != {"sse4.2"}:
-            assert r["embree_isa"] == "sse4.2"
+        assert r["embree_isa"] == "sse4.2" or widest == "sse4.2"
         if r["kind"] != "build":
             assert set(r["embree_modes"]) == {"1", "4", "4 coherent"}
 
@@ -231,7 +230,7 @@ def hits_of(t: list[float]) -> tuple[Hits, list[np.ndarray]]:
 def test_mismatches_are_counted(functions: ctypes.CDLL) -> None:
     infinity = float("inf")
     ours = [1.0, 1.0, 1.0, infinity, infinity, 100.0, 100.0, float("nan")]
-    theirs = [1.0, 1.0001, 1.00012, infinity, 5.0, infinity, 100.009, 1.0]
+    theirs = [1.0, 1.00009, 1.00012, infinity, 5.0, infinity, 100.009, 1.0]
     first, keep = hits_of(ours)
     second, keep_too = hits_of(theirs)
     assert keep and keep_too
@@ -291,26 +290,25 @@ def test_view_of_an_exported_scene() -> None:
         "projection": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, -0.2], [0, 0, -1, 0]],
         "lights": [{"position": [1, 2, 3], "power": 5}, {"position": [4, 5, 6], "power": 9}],
     }
-    assert bench.view_comments(view) == (
-        "# camera: 4 5 6 4 6 6 0 0 1 90\n# light: 4 5 6\n"
-    )
+    assert bench.view_comments(view) == ("# camera: 4 5 6 4 6 6 0 0 1 90\n# light: 4 5 6\n")
 
 
 def test_front_writes_records_and_page(square: Path, tmp_path: Path) -> None:
     out = tmp_path / "records.json"
-    command = [sys.executable, str(BENCH / "bench.py"), str(square), "--json", str(out)]
-    command += ["--size", "64x64", "--rounds", "2"]
+    command = [sys.executable, str(BENCH / "bench.py"), "--scenes", str(square)]
+    command += ["--json", str(out), "--size", "64x64", "--rounds", "2"]
     # A caller's own scenes leave the project's page alone.
-    before = (ROOT / "docs" / "benchmarks.md").stat().st_mtime_ns
+    page = ROOT / "docs" / "benchmarks.md"
+    before = page.stat().st_mtime_ns if page.exists() else None
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert (ROOT / "docs" / "benchmarks.md").stat().st_mtime_ns == before
+    assert (page.stat().st_mtime_ns if page.exists() else None) == before
     records = json.loads(out.read_text())
     assert all(r.keys() >= FIELDS for r in records)
     rows = [line for line in done.stdout.splitlines() if line.startswith(("primary", "build"))]
     assert len(rows) == len([r for r in records if r["kind"] in ("primary", "build")])
-    page = ROOT / "docs" / "make" / "benchmarks.py"
-    subprocess.run([sys.executable, str(page), str(out), "--out", str(tmp_path)], check=True)
+    maker = ROOT / "docs" / "make" / "benchmarks.py"
+    subprocess.run([sys.executable, str(maker), str(out), "--out", str(tmp_path)], check=True)
     text = (tmp_path / "benchmarks.md").read_text()
     for r in records:
         assert re.search(rf"\| {r['whittle']:.1f}\d* \| ", text)
@@ -319,7 +317,8 @@ def test_front_writes_records_and_page(square: Path, tmp_path: Path) -> None:
 
 def test_front_says_what_fails(tmp_path: Path) -> None:
     out = tmp_path / "records.json"
-    command = [sys.executable, str(BENCH / "bench.py"), "nowhere.obj", "--json", str(out)]
+    command = [sys.executable, str(BENCH / "bench.py"), "--scenes", "nowhere.obj"]
+    command += ["--json", str(out)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert "cannot read nowhere.obj" in done.stderr
