@@ -111,7 +111,7 @@ static void subdivide(builder *b, int64_t first, int64_t count, int64_t depth) {
   float best = b->midpoint ? INFINITY : (float)count * half_area(low, high);
   float from = 0, scale = 0;
   for (int k = 0; k < 3 && count > 1 && depth < DEEPEST; k++) {
-    const float start = c_low[k], step = (float)BINS / (c_high[k] - c_low[k]);
+    const float start = c_low[k], step = 0.99999f * BINS / (c_high[k] - c_low[k]);
     int cut = 0;
     float cost = INFINITY;
     if (b->midpoint)
