@@ -14,8 +14,9 @@
 typedef struct mesh {
   float *positions;
   uint32_t *triangles;
-  float *normals; /* NULL: flat */
+  float *normals;      /* NULL: flat */
   uint32_t *materials; /* NULL: all 0 */
+  uint8_t *used;       /* by vertex: is a corner of a finite triangle; NULL: all are */
   size_t vertex_count, triangle_count;
   bool normals_by_corner;
   uint64_t dropped_non_finite, dropped_zero_area; /* by the last build */
@@ -60,7 +61,8 @@ struct whittle_scene {
 
   /* What a build makes, replaced as a whole when the next one succeeds. */
   scene_frame frame;
-  whittle_node *nodes; /* 32-byte aligned at least */
+  whittle_node *nodes;      /* node 1 starts a cache line, so that siblings share one */
+  whittle_node *node_block; /* what to release: nodes - 1 */
   size_t node_count;
   triangle_record *triangles;
   size_t triangle_count;

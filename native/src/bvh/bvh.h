@@ -1,0 +1,44 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* The bounding volume hierarchy: what goes in, what comes out. */
+
+#pragma once
+
+#include "base/team.h"
+
+_Static_assert(sizeof(whittle_node) == 32, "two nodes to a cache line");
+
+/* Edges from the root to the deepest leaf, for up to 2^31 triangles of any shape: traversals size
+ * their stacks by it. */
+enum { WHITTLE_MAX_DEPTH = 64 };
+
+/* What the builder knows of a triangle: its box, and the two numbers that find it again. Boxes lie
+ * in [-1, 1] and hold neither NaN nor -0. Aligned to 32. */
+typedef struct whittle_fragment {
+  float lo[3];
+  uint32_t triangle;
+  float hi[3];
+  uint32_t instance;
+} whittle_fragment;
+
+typedef struct whittle_bvh_options {
+  uint32_t bins, max_leaf;
+  float traversal_cost;
+} whittle_bvh_options;
+
+typedef struct whittle_bvh {
+  whittle_node *nodes; /* = block + 1: then siblings share a cache line */
+  whittle_node *block; /* to be released */
+  uint32_t node_count, leaves, depth, largest_leaf;
+  double sah_cost;
+} whittle_bvh;
+
+/* Builds the tree over fragments, which end up in leaf order. Called by the leader of a team whose
+ * members help. The tree depends on the fragments, their order and the options alone. `count` is at
+ * most 2^31 - 1. WHITTLE_CANCELLED if the run was cancelled; then nothing is left to release. */
+whittle_status whittle_bvh_build(whittle_team *team, whittle_fragment *fragments, uint32_t count,
+                                 const whittle_bvh_options *options, whittle_bvh *bvh,
+                                 whittle_error *error);
+
+/* How many units whittle_bvh_build adds to the run's `done`. */
+uint64_t whittle_bvh_units(uint64_t count);

@@ -1,0 +1,229 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* From instances of meshes to one list of triangles in scene space. */
+
+#include "scene/flatten.h"
+#include "base/memory.h"
+#include "scene/place.h"
+
+#include <string.h>
+
+enum { GRAIN = 8192, PLACE_UNITS = 4, RECORD_UNITS = 4 };
+
+typedef struct flatten {
+  whittle_team *team;
+  const whittle_scene *scene;
+  flat_scene *flat;
+  double scale;
+  uint32_t *kept; /* by piece of GRAIN triangles */
+  pthread_mutex_t lock;
+  world_bounds bounds;
+} flatten;
+
+uint64_t whittle_flat_units(const flat_scene *flat) {
+  return (PLACE_UNITS + RECORD_UNITS) * flat->index.triangles;
+}
+
+/* The instance that holds a rank: the last one that starts at or below it. */
+static size_t instance_of(const uint64_t *first, size_t count, uint64_t rank) {
+  size_t low = 0, high = count;
+  while (high - low > 1) {
+    const size_t middle = low + (high - low) / 2;
+    if (first[middle] <= rank)
+      low = middle;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+static whittle_status number(const whittle_scene *scene, flat_index *index, whittle_error *error) {
+  const size_t count = scene->instance_count;
+  index->first_triangle = whittle_allocate(count + 1, sizeof *index->first_triangle);
+  index->first_vertex = whittle_allocate(count + 1, sizeof *index->first_vertex);
+  if (!index->first_triangle || !index->first_vertex)
+    return whittle_out_of_memory(error, "the list of instances");
+  for (size_t i = 0; i < count; i++) {
+    const mesh *m = &scene->meshes[scene->instances[i].mesh];
+    index->first_triangle[i] = index->triangles;
+    index->first_vertex[i] = index->vertices;
+    index->triangles += m->triangle_count;
+    index->vertices += m->vertex_count;
+  }
+  index->first_triangle[count] = index->triangles;
+  index->first_vertex[count] = index->vertices;
+  if (index->triangles > INT32_MAX)
+    return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "instances",
+                        "The instances have %llu triangles together; a scene holds at most "
+                        "2147483647.",
+                        (unsigned long long)index->triangles);
+  return WHITTLE_OK;
+}
+
+whittle_status whittle_flat_begin(const whittle_scene *scene, flat_scene *flat,
+                                  whittle_error *error) {
+  memset(flat, 0, sizeof *flat);
+  const whittle_status status = number(scene, &flat->index, error);
+  if (status != WHITTLE_OK)
+    return status;
+  flat->drops = whittle_allocate(scene->mesh_count, sizeof *flat->drops);
+  if (!flat->drops)
+    return whittle_out_of_memory(error, "the counts of dropped triangles");
+  for (size_t i = 0; i < scene->mesh_count; i++) {
+    atomic_init(&flat->drops[i].non_finite, 0);
+    atomic_init(&flat->drops[i].zero_area, 0);
+  }
+  return WHITTLE_OK;
+}
+
+void whittle_flat_free(flat_scene *flat) {
+  whittle_release(flat->index.first_triangle);
+  whittle_release(flat->index.first_vertex);
+  whittle_release(flat->fragments);
+  whittle_release(flat->drops);
+  memset(flat, 0, sizeof *flat);
+}
+
+static void extend(world_bounds *bounds, const double p[3]) {
+  for (int i = 0; i < 3; i++) {
+    bounds->lo[i] = p[i] < bounds->lo[i] ? p[i] : bounds->lo[i];
+    bounds->hi[i] = p[i] > bounds->hi[i] ? p[i] : bounds->hi[i];
+  }
+}
+
+static const world_bounds EMPTY = {{INFINITY, INFINITY, INFINITY},
+                                   {-INFINITY, -INFINITY, -INFINITY}};
+
+static void bound_vertices(void *context, uint64_t begin, uint64_t end) {
+  flatten *f = context;
+  const whittle_scene *scene = f->scene;
+  const uint64_t *first = f->flat->index.first_vertex;
+  world_bounds bounds = EMPTY;
+  size_t i = instance_of(first, scene->instance_count, begin);
+  for (uint64_t rank = begin; rank < end; i++) {
+    const instance *where = &scene->instances[i];
+    const mesh *m = &scene->meshes[where->mesh];
+    for (; rank < end && rank < first[i + 1]; rank++) {
+      const uint32_t vertex = (uint32_t)(rank - first[i]);
+      double world[3];
+      if ((!m->used || m->used[vertex]) && whittle_place_vertex(m, where, vertex, world))
+        extend(&bounds, world);
+    }
+  }
+  pthread_mutex_lock(&f->lock);
+  extend(&f->bounds, bounds.lo);
+  extend(&f->bounds, bounds.hi);
+  pthread_mutex_unlock(&f->lock);
+}
+
+static void set_fragment(whittle_fragment *fragment, const float v[3][3]) {
+  for (int i = 0; i < 3; i++) {
+    const float a = v[0][i], b = v[1][i], c = v[2][i];
+    const float lo = a < b ? a : b, hi = a < b ? b : a;
+    fragment->lo[i] = lo < c ? lo : c;
+    fragment->hi[i] = hi > c ? hi : c;
+  }
+}
+
+static void count_drop(mesh_drops *drops, placement why) {
+  atomic_fetch_add_explicit(why == PLACED_NON_FINITE ? &drops->non_finite : &drops->zero_area, 1,
+                            memory_order_relaxed);
+}
+
+/* Writes the good triangles of a piece to the piece's own start, packed. */
+static void place_triangles(void *context, uint64_t begin, uint64_t end) {
+  flatten *f = context;
+  const whittle_scene *scene = f->scene;
+  const uint64_t *first = f->flat->index.first_triangle;
+  whittle_fragment *out = f->flat->fragments + begin;
+  size_t i = instance_of(first, scene->instance_count, begin);
+  for (uint64_t rank = begin; rank < end; i++) {
+    const instance *where = &scene->instances[i];
+    const mesh *m = &scene->meshes[where->mesh];
+    for (; rank < end && rank < first[i + 1]; rank++) {
+      const uint32_t triangle = (uint32_t)(rank - first[i]);
+      float v[3][3];
+      const placement result =
+          whittle_place_triangle(m, where, triangle, &f->flat->frame, f->scale, v);
+      if (result != PLACED) {
+        count_drop(&f->flat->drops[where->mesh], result);
+        continue;
+      }
+      out->triangle = triangle;
+      out->instance = (uint32_t)i;
+      set_fragment(out++, (const float(*)[3])v);
+    }
+  }
+  f->kept[begin / GRAIN] = (uint32_t)(out - (f->flat->fragments + begin));
+  whittle_advance(f->team->state, PLACE_UNITS * (end - begin));
+}
+
+/* Closes the gaps that dropped triangles left. */
+static void close_gaps(flatten *f) {
+  uint64_t count = 0;
+  const uint64_t total = f->flat->index.triangles;
+  for (uint64_t begin = 0; begin < total && !whittle_cancelled(f->team->state); begin += GRAIN) {
+    const uint32_t kept = f->kept[begin / GRAIN];
+    if (count != begin)
+      memmove(f->flat->fragments + count, f->flat->fragments + begin,
+              kept * sizeof *f->flat->fragments);
+    count += kept;
+  }
+  f->flat->count = count;
+}
+
+whittle_status whittle_flatten(whittle_team *team, const whittle_scene *scene, flat_scene *flat,
+                               whittle_error *error) {
+  flatten f = {.team = team, .scene = scene, .flat = flat, .bounds = EMPTY};
+  const uint64_t total = flat->index.triangles;
+  flat->fragments = whittle_allocate(total, sizeof *flat->fragments);
+  f.kept = whittle_allocate(total / GRAIN + 1, sizeof *f.kept);
+  if (!flat->fragments || !f.kept) {
+    whittle_release(f.kept);
+    return whittle_out_of_memory(error, "the triangles to build from");
+  }
+  pthread_mutex_init(&f.lock, NULL);
+  whittle_team_for(team, flat->index.vertices, GRAIN, bound_vertices, &f);
+  flat->frame = whittle_frame_of(&f.bounds);
+  f.scale = ldexp(1.0, -flat->frame.exponent);
+  whittle_team_for(team, total, GRAIN, place_triangles, &f);
+  if (!whittle_cancelled(team->state))
+    close_gaps(&f);
+  pthread_mutex_destroy(&f.lock);
+  whittle_release(f.kept);
+  return WHITTLE_OK;
+}
+
+typedef struct record_writer {
+  whittle_team *team;
+  const whittle_scene *scene;
+  const flat_scene *flat;
+  triangle_record *records;
+  double scale;
+} record_writer;
+
+static void write_records(void *context, uint64_t begin, uint64_t end) {
+  const record_writer *w = context;
+  for (uint64_t i = begin; i < end; i++) {
+    const whittle_fragment *fragment = &w->flat->fragments[i];
+    const instance *where = &w->scene->instances[fragment->instance];
+    triangle_record *record = &w->records[i];
+    float v[3][3];
+    whittle_place_triangle(&w->scene->meshes[where->mesh], where, fragment->triangle,
+                           &w->flat->frame, w->scale, v);
+    memcpy(record->v0, v[0], sizeof record->v0);
+    memcpy(record->v1, v[1], sizeof record->v1);
+    memcpy(record->v2, v[2], sizeof record->v2);
+    record->instance = fragment->instance;
+    record->triangle = fragment->triangle;
+    record->primitive =
+        (uint32_t)(w->flat->index.first_triangle[fragment->instance] + fragment->triangle);
+  }
+  whittle_advance(w->team->state, RECORD_UNITS * (end - begin));
+}
+
+void whittle_flat_records(whittle_team *team, const whittle_scene *scene, const flat_scene *flat,
+                          triangle_record *records) {
+  record_writer w = {team, scene, flat, records, ldexp(1.0, -flat->frame.exponent)};
+  whittle_team_for(team, flat->count, GRAIN, write_records, &w);
+}

@@ -1,0 +1,45 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* From instances of meshes to one list of triangles in scene space. */
+
+#pragma once
+
+#include "base/team.h"
+#include "bvh/bvh.h"
+#include "scene/frame.h"
+
+/* The numbering of everything that is placed: instance i holds the ranks from first_triangle[i] to
+ * below first_triangle[i + 1], and so on. Both lists have one entry more than there are instances.
+ * A triangle's rank orders by (instance, triangle). */
+typedef struct flat_index {
+  uint64_t *first_triangle, *first_vertex;
+  uint64_t triangles, vertices;
+} flat_index;
+
+typedef struct mesh_drops {
+  atomic_uint_fast64_t non_finite, zero_area;
+} mesh_drops;
+
+/* What flattening makes of a scene. */
+typedef struct flat_scene {
+  flat_index index;
+  scene_frame frame;
+  whittle_fragment *fragments;
+  uint64_t count;
+  mesh_drops *drops; /* by mesh */
+} flat_scene;
+
+whittle_status whittle_flat_begin(const whittle_scene *scene, flat_scene *flat,
+                                  whittle_error *error);
+void whittle_flat_free(flat_scene *flat);
+
+/* Led by one worker of the team: finds the frame, places all triangles, drops the bad ones. */
+whittle_status whittle_flatten(whittle_team *team, const whittle_scene *scene, flat_scene *flat,
+                               whittle_error *error);
+
+/* Writes the record of each fragment, in their order. */
+void whittle_flat_records(whittle_team *team, const whittle_scene *scene, const flat_scene *flat,
+                          triangle_record *records);
+
+/* How many units the two add to the run's `done`. */
+uint64_t whittle_flat_units(const flat_scene *flat);

@@ -1,0 +1,15 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* Meshes: checked and copied once, when they are added. */
+
+#pragma once
+
+#include "scene/scene.h"
+
+/* Hits carry a triangle's index as int32_t. */
+#define MOST_TRIANGLES ((size_t)INT32_MAX)
+#define MOST_VERTICES ((size_t)UINT32_MAX)
+
+whittle_status whittle_mesh_copy(mesh *m, const whittle_mesh *source, whittle_error *error);
+void whittle_mesh_free(mesh *m);
+size_t whittle_mesh_bytes(const mesh *m);
