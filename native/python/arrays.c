@@ -93,7 +93,7 @@ bool array_read(module_state *state, PyObject *object, const char *name, array_k
   PyObject *numpy = state_numpy(state);
   if (!numpy)
     return false;
-  PyObject *array = PyObject_CallMethod(numpy, "asarray", "O", object);
+  PyObject *array = PyObject_CallMethod(numpy, "asarray", "(O)", object);
   if (!array)
     return raise_caused(name, "must be an array");
   const bool good = read_array(numpy, array, name, kind, view);

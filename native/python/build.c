@@ -12,7 +12,7 @@
 static bool read_options(PyObject *threads, PyObject *bins, PyObject *max_leaf,
                          PyObject *traversal_cost, whittle_build_options *options) {
   return (!threads || argument_uint32(threads, "threads", 0, &options->threads)) &&
-         (!bins || argument_uint32(bins, "bins", 1, &options->bins)) &&
+         (!bins || argument_uint32(bins, "bins", 0, &options->bins)) &&
          (!max_leaf || argument_uint32(max_leaf, "max_leaf", 0, &options->max_leaf)) &&
          (!traversal_cost ||
           argument_float(traversal_cost, "traversal_cost", &options->traversal_cost));
@@ -67,7 +67,7 @@ static PyObject *node_dtype(module_state *state) {
   PyObject *numpy = state_numpy(state);
   PyObject *fields = Py_BuildValue("[(ss(i))(ss)(ss(i))(ss)]", "bounds_min", "f4", 3, "left_first",
                                    "u4", "bounds_max", "f4", 3, "count", "u4");
-  PyObject *dtype = numpy && fields ? PyObject_CallMethod(numpy, "dtype", "O", fields) : NULL;
+  PyObject *dtype = numpy && fields ? PyObject_CallMethod(numpy, "dtype", "(O)", fields) : NULL;
   Py_XDECREF(fields);
   return dtype;
 }
