@@ -69,7 +69,7 @@ METHOD = """\
 def build_table(records: list[Record]) -> str:
     """Speed of the build and size of what it leaves."""
     lines = [
-        "| threads | Whittle Mtri/s | Embree Mtri/s | ratio | spread | Whittle B/tri | Embree B/tri |",
+        "| threads | Whittle, Mtri/s | Embree | ratio | spread | Whittle, bytes/tri | Embree |",
         "|" + " ---: |" * 7,
     ]
     for r in records:

@@ -45,6 +45,7 @@ f -4//1 -3//1 -2//1
 f -4 -2 -1
 """
 SIZE = 64
+NEUTRAL = ("compare.c", "measure.c", "mesh.c", "rays.c", "fail.c")
 SEEN = (SIZE // 2) ** 2
 
 
@@ -204,16 +205,33 @@ class Hits(ctypes.Structure):
     _fields_ = [(name, ctypes.c_void_p) for name in ("t", "triangle", "u", "v", "blocked")]
 
 
+class Mesh(ctypes.Structure):
+    """`mesh` of mesh.h."""
+
+    _fields_ = [
+        ("positions", ctypes.c_void_p),
+        ("vertex_count", ctypes.c_size_t),
+        ("triangles", ctypes.c_void_p),
+        ("triangle_count", ctypes.c_size_t),
+        ("normals", ctypes.c_void_p),
+        ("camera", ctypes.c_float * 10),
+        ("light", ctypes.c_float * 3),
+        ("has_camera", ctypes.c_int),
+        ("has_light", ctypes.c_int),
+    ]
+
+
 @pytest.fixture(scope="module")
 def functions(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
-    """The comparing and measuring functions as a library of their own."""
+    """The functions that need neither side, as a library of their own."""
     library = tmp_path_factory.mktemp("functions") / "functions.so"
-    sources = [str(BENCH / name) for name in ("compare.c", "measure.c", "fail.c")]
+    sources = [str(BENCH / name) for name in NEUTRAL]
     command = ["cc", "-std=c11", "-D_GNU_SOURCE", "-shared", "-fPIC", "-o", str(library)]
     subprocess.run([*command, *sources, "-lm"], check=True)
     loaded = ctypes.CDLL(str(library))
     loaded.compare_mismatches.restype = ctypes.c_size_t
     loaded.compare_count_hits.restype = ctypes.c_size_t
+    loaded.rays_primary.restype = Stream
     loaded.measure_quantile.restype = ctypes.c_double
     loaded.measure_spread.restype = ctypes.c_double
     return loaded
@@ -248,6 +266,29 @@ def test_blocked_rays_are_compared(functions: ctypes.CDLL) -> None:
     stream = Stream(kind=b"shadow", count=4, any_hit=1)
     hits = [Hits(None, None, None, None, a.ctypes.data) for a in (ours, theirs)]
     assert functions.compare_mismatches(*[ctypes.byref(x) for x in (stream, *hits)]) == 2
+
+
+@pytest.mark.parametrize("size", [(64, 32), (40, 24), (37, 41)])
+def test_neighbours_in_the_stream_are_neighbours_in_the_image(
+    functions: ctypes.CDLL, size: tuple[int, int]
+) -> None:
+    width, height = size
+    mesh = Mesh(camera=(0, 0, 0, 0, 0, -1, 0, 1, 0, 90))
+    stream = functions.rays_primary(ctypes.byref(mesh), width, height)
+    assert stream.count == width * height
+    floats = ctypes.cast(stream.directions, ctypes.POINTER(ctypes.c_float))
+    d = np.ctypeslib.as_array(floats, (3, stream.count)).astype(float)
+    x = (d[0] / -d[2] * height / width + 1) * width / 2 - 0.5
+    y = (d[1] / -d[2] + 1) * height / 2 - 0.5
+    pixels = np.rint([x, y]).astype(int)
+    assert np.abs(pixels - [x, y]).max() < 1e-3
+    assert len(np.unique(pixels[0] + width * pixels[1])) == stream.count
+    assert pixels.min() == 0 and (pixels.max(axis=1) == [width - 1, height - 1]).all()
+    # Away from the border a block of rays is a block of pixels: 4 x 4, 16 x 16.
+    for side in (4, 16):
+        if width % side == 0 and height % side == 0:
+            blocks = (pixels // side).reshape(2, -1, side * side)
+            assert (blocks == blocks[:, :, :1]).all()
 
 
 def test_quantiles_match_numpy(functions: ctypes.CDLL) -> None:
