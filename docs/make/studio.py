@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import atexit
 import sys
 import time
 from pathlib import Path
@@ -21,11 +22,13 @@ if str(ROOT) not in sys.path:
 
 
 def register() -> None:
-    """Register the add-on from the source tree, once."""
+    """Register the add-on from the source tree, once, until the script ends."""
     import addon
 
     if not hasattr(bpy.types.Scene, "whittle"):
         addon.register()
+        # Blender as a module does not end while a render engine is registered.
+        atexit.register(addon.unregister)
 
 
 def open_scene(path: Path | None = None) -> bpy.types.Scene:
