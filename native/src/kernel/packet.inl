@@ -5,20 +5,21 @@
 /* Wald, Boulos, Shirley: Ray Tracing Deformable Scenes using Dynamic BVHs, TOG 2007. In the fast
  * mode "the first ray" is the lane group that holds it, which costs the same. */
 
-#define PACKET_GROUPS (WHITTLE_MAX_PACKET / V_LANES)
+/* Arrays of exactly 4 KiB would all compete for the same lines of the first cache. */
+#define PACKET_ROOM (WHITTLE_MAX_PACKET + 16)
 
 /* Rays of one class: same dominant axis, same sign along it. */
 typedef struct packet {
   uint32_t count, groups;
   int axis;
-  uint32_t slot[WHITTLE_MAX_PACKET]; /* where each came from in the stream */
-  float origin[3][WHITTLE_MAX_PACKET] __attribute__((aligned(64)));
-  float direction[3][WHITTLE_MAX_PACKET] __attribute__((aligned(64)));
-  float inverse[3][WHITTLE_MAX_PACKET] __attribute__((aligned(64)));
-  float shear_x[WHITTLE_MAX_PACKET], shear_y[WHITTLE_MAX_PACKET];
-  float t_min[WHITTLE_MAX_PACKET], t[WHITTLE_MAX_PACKET]; /* t of a blocked lane is -infinity */
-  float u[WHITTLE_MAX_PACKET], v[WHITTLE_MAX_PACKET];
-  uint32_t record[WHITTLE_MAX_PACKET], primitive[WHITTLE_MAX_PACKET], skip[WHITTLE_MAX_PACKET];
+  uint32_t slot[PACKET_ROOM]; /* where each came from in the stream */
+  float origin[3][PACKET_ROOM] __attribute__((aligned(64)));
+  float direction[3][PACKET_ROOM] __attribute__((aligned(64)));
+  float inverse[3][PACKET_ROOM] __attribute__((aligned(64)));
+  float shear_x[PACKET_ROOM], shear_y[PACKET_ROOM];
+  float t_min[PACKET_ROOM], t[PACKET_ROOM]; /* t of a blocked lane is -infinity */
+  float u[PACKET_ROOM], v[PACKET_ROOM];
+  uint32_t record[PACKET_ROOM], primitive[PACKET_ROOM], skip[PACKET_ROOM];
   uint32_t alive; /* lanes not yet blocked, for any-hit rays */
   frustum frustum;
 } packet;

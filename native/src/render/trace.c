@@ -109,9 +109,9 @@ static whittle_status trace(trace_run *run, const whittle_trace_options *options
                             whittle_error *error) {
   const whittle_scene *scene = run->scene;
   const uint32_t packet = options ? options->packet : 0;
-  if (packet > WHITTLE_MAX_PACKET)
+  if (packet > RAY_CHUNK)
     return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "packet", "packet must be at most %d, not %u",
-                        WHITTLE_MAX_PACKET, packet);
+                        RAY_CHUNK, packet);
   whittle_status status = whittle_rays_check(run->rays, error);
   if (status != WHITTLE_OK)
     return status;
