@@ -26,6 +26,20 @@ static void parse_size(settings *s, const char *text) {
     fail("--size must be WIDTHxHEIGHT, each from 1 to 16384, not %s", text);
 }
 
+static void parse_kinds(settings *s, const char *text) {
+  static const char *const known[] = {"build", "primary", "shadow", "mirror", "random"};
+  for (const char *p = text, *next; p; p = next) {
+    size_t length = strcspn(p, ",");
+    int found = 0;
+    for (int i = 0; i < 5; i++)
+      found |= strlen(known[i]) == length && strncmp(p, known[i], length) == 0;
+    if (!found)
+      fail("--kinds is a list of build, primary, shadow, mirror, random, not %s", text);
+    next = p[length] ? p + length + 1 : NULL;
+  }
+  s->kinds = text;
+}
+
 static void parse_option(settings *s, const char *option, const char *value) {
   if (!value)
     fail("%s needs a value", option);
@@ -33,6 +47,8 @@ static void parse_option(settings *s, const char *option, const char *value) {
     s->library = value;
   else if (strcmp(option, "--quality") == 0)
     s->quality = value;
+  else if (strcmp(option, "--kinds") == 0)
+    parse_kinds(s, value);
   else if (strcmp(option, "--size") == 0)
     parse_size(s, value);
   else if (strcmp(option, "--rounds") == 0)
@@ -53,7 +69,8 @@ int main(int argc, char **argv) {
   for (; i < argc && strncmp(argv[i], "--", 2) == 0; i += 2)
     parse_option(&s, argv[i], argv[i + 1]);
   if (i >= argc || !s.library)
-    fail("usage: %s --embree LIBRARY [--quality Q] [--size WxH] [--rounds N] [--threads N] "
+    fail("usage: %s --embree LIBRARY [--quality Q] [--kinds K,...] [--size WxH] [--rounds N] "
+         "[--threads N] "
          "SCENE...\nwhere SCENE is one of %s",
          argv[0], scenes_help);
   for (; i < argc; i++)

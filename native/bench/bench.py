@@ -161,6 +161,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--embree", type=Path, help="the Embree 4 library")
     parser.add_argument("--page", action="store_true", help="redraw docs/benchmarks.md")
     parser.add_argument("--quality", help="of Embree's build: low, medium, high, robust")
+    parser.add_argument("--kinds", help="of records, with commas between; all unless told")
     parser.add_argument("--size", help="of the image: WIDTHxHEIGHT, 1280x800 unless told")
     parser.add_argument("--rounds", help="of each measurement, 7 unless told")
     parser.add_argument("--threads", help="of all, the processors at hand unless told")
@@ -172,7 +173,7 @@ def run(arguments: argparse.Namespace) -> None:
     library = arguments.embree or find_embree()
     program = build_program()
     options = ["--embree", str(library)]
-    for name in ("quality", "size", "rounds", "threads"):
+    for name in ("quality", "kinds", "size", "rounds", "threads"):
         if getattr(arguments, name):
             options += [f"--{name}", getattr(arguments, name)]
     scenes = arguments.scenes or default_scenes()

@@ -15,6 +15,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* What one scene's measurements share. */
 typedef struct contest {
@@ -28,6 +29,17 @@ typedef struct contest {
   stream stream; /* and its rays */
   hits found_ours, found_embree;
 } contest;
+
+/* Whether a kind of record is wanted. */
+static int wants(const settings *s, const char *kind) {
+  size_t length = strlen(kind);
+  for (const char *p = s->kinds; p; p = strchr(p, ',')) {
+    p += *p == ',';
+    if (strncmp(p, kind, length) == 0 && (p[length] == '\0' || p[length] == ','))
+      return 1;
+  }
+  return s->kinds == NULL;
+}
 
 static double run_our_build(void *user) {
   contest *c = user;
@@ -112,6 +124,8 @@ static void record_hits(size_t rays, size_t ours, size_t embree, size_t mismatch
 }
 
 static void measure_build(contest *c) {
+  if (!wants(c->settings, "build"))
+    return;
   size_t rounds = c->settings->rounds;
   double *seconds = allocate(rounds * 2, sizeof(double));
   embree_open(&c->embree, c->threads, c->embree_isa);
@@ -187,6 +201,10 @@ static void measure_trace(contest *c) {
 /* One stream with one thread and with all; Whittle must find the same bits with both. */
 static void measure_stream(contest *c, stream s) {
   c->stream = s;
+  if (!wants(c->settings, s.kind)) {
+    stream_free(&c->stream);
+    return;
+  }
   if (s.count == 0) {
     fprintf(stderr, "bench: %s: no %s rays, nothing is in view\n", c->name, s.kind);
     stream_free(&c->stream);

@@ -8,6 +8,7 @@
 typedef struct settings {
   const char *library;      /* Embree's */
   const char *quality;      /* of Embree's build */
+  const char *kinds;        /* of records wanted, with commas between; NULL: all */
   unsigned width, height;   /* of the image that primary rays make */
   unsigned rounds, threads; /* threads: of "all" */
 } settings;

@@ -137,6 +137,11 @@ def test_both_sides_get_the_instruction_set_asked_for(program: Path) -> None:
             assert set(r["embree_modes"]) == {"1", "4", "4 coherent"}
 
 
+def test_kinds_leaves_the_others_out(program: Path) -> None:
+    records = records_of(run_program(program, "--kinds", "random,build", "terrain:200"))
+    assert {r["kind"] for r in records} == {"build", "random"}
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
@@ -170,6 +175,7 @@ def test_a_bad_file_is_named_with_its_line(
         (["--size", "64", "spheres"], "--size must be WIDTHxHEIGHT"),
         (["--rounds", "0", "spheres"], "--rounds must be a number from 1"),
         (["--quality", "best", "terrain:200"], "low, medium, high or robust, not best"),
+        (["--kinds", "primary,rays", "spheres"], "not primary,rays"),
         (["--colour", "red", "spheres"], "there is no option --colour"),
         (["--embree", "missing.so", "spheres"], "cannot load Embree"),
         ([], "usage:"),
