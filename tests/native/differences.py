@@ -4,7 +4,9 @@
 
 In the sheared plane of a ray (Woop, Benthin, Wald 2013) a vertex at distance R from the origin is
 known to about 4 rounding errors of R, and an edge function adds as much again. So a float tracer
-may move an edge by `EDGE` roundings of R, and t by that times the slope of the triangle's plane.
+may move an edge by `EDGE` roundings of R where it passes near the ray. An edge function is off by
+as much times the distance of its two vertices from the ray, which shifts the weights of the
+vertices' depths, and so t: much on needles and at grazing angles, never out of the triangle's depths.
 """
 
 from dataclasses import dataclass
@@ -75,15 +77,14 @@ def locate(vertices: NDArray, origin: NDArray, direction: NDArray, edge_rounding
     )
     total = weight.sum(axis=1)
     inside = (weight >= 0).all(axis=1) | (weight <= 0).all(axis=1)
+    low, high = depth.min(axis=1), depth.max(axis=1)
     with np.errstate(all="ignore"):
         at = np.einsum("ki,ki->k", weight, depth) / total
-        e1, e2 = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
-        z1, z2 = depth[:, 1] - depth[:, 0], depth[:, 2] - depth[:, 0]
-        slope = np.hypot(z1 * e2[:, 1] - z2 * e1[:, 1], z2 * e1[:, 0] - z1 * e2[:, 0])
-        slope = slope / np.abs(e1[:, 0] * e2[:, 1] - e1[:, 1] * e2[:, 0])
-    low, high = depth.min(axis=1), depth.max(axis=1)
-    at = np.where(np.isfinite(at), np.clip(at, low, high), 0.5 * (low + high))
-    most = np.minimum(np.where(np.isfinite(slope), slope, np.inf) * reach, high - low)
+        at = np.where(np.isfinite(at), np.clip(at, low, high), 0.5 * (low + high))
+        size = np.linalg.norm(flat, axis=2)
+        lever = np.abs(depth - at[:, None]) * (np.roll(size, -1, axis=1) + np.roll(size, -2, axis=1))
+        most = reach * lever.sum(axis=1) / np.abs(total)
+    most = np.minimum(np.where(np.isfinite(most), most, np.inf), high - low)
     bound = most + 16 * ROUNDING * np.abs(depth).max(axis=1)
     per_t = 1.0 / np.abs(d[rows, z])
     return Near(np.where(inside, 0.0, edge), edge, reach, at / d[rows, z], bound * per_t)

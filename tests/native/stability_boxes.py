@@ -7,7 +7,7 @@ from functools import partial
 import meshes
 import naive
 import numpy as np
-from differences import rebase, rows_of
+from differences import rebase
 from numpy.typing import NDArray
 from stability import Case, Result, differing, embree_scene, scene_of
 from stability_triangles import ASIDE
@@ -51,11 +51,11 @@ def lost_hits(blocks: list[dict], count: int) -> Result:
             scene, stats = scene_of(meshes.soup(corners), max_leaf=1)
             hits = scene.intersect(origins, directions)
             origin, direction, factor = rebase(stats, origins, directions)
-            ids = np.arange(len(corners), dtype=np.int32)
-            rows = rows_of(scene, {"instance": np.zeros_like(ids), "triangle": ids})
-            bare = naive.pairs(scene.triangles()["vertices"][rows], origin, direction, naive.WOOP)
+            triangles = scene.triangles()
+            own = triangles["triangle"]
+            bare = naive.pairs(triangles["vertices"], origin[own], direction[own], naive.WOOP)
             meets = np.isfinite(bare)
-            lost += int((meets & ~(hits["t"] / factor <= bare * (1 + SLACK))).sum())
+            lost += int((meets & ~((hits["t"] / factor)[own] <= bare * (1 + SLACK))).sum())
             tried += int(meets.sum())
     return Result(lost, tried)
 
