@@ -43,6 +43,28 @@ void whittle_bins_add(bins *b, const bin_map *map, const whittle_fragment *fragm
   }
 }
 
+void whittle_bins_rank(bins *b, ranks *r, const whittle_fragment *fragments, uint32_t count) {
+  float4 middle[MOST_RANKED];
+  int4 rank[MOST_RANKED];
+  for (uint32_t i = 0; i < count; i++) {
+    middle[i] = box4_middle(fragment_box(&fragments[i]));
+    rank[i] = int4_zero();
+    /* A mask is -1 where it is set. */
+    for (uint32_t j = 0; j < i; j++) {
+      const int4 after = int4_mask(float4_less(middle[i], middle[j]));
+      rank[j] = int4_sub(rank[j], after);
+      rank[i] = int4_add(rank[i], int4_add(int4_all(1), after));
+    }
+  }
+  for (uint32_t i = 0; i < count; i++) {
+    const box4 box = fragment_box(&fragments[i]);
+    int4_store(r->rank[i], rank[i]);
+    int4_store(b->count[i], int4_all(1));
+    for (int axis = 0; axis < 3; axis++)
+      b->box[axis][r->rank[i][axis]] = box;
+  }
+}
+
 void whittle_bins_merge(bins *into, const bins *from, uint32_t count) {
   for (uint32_t i = 0; i < count; i++)
     for (int axis = 0; axis < 3; axis++) {
@@ -89,33 +111,39 @@ static inline void extend(box4 box[3], const bins *b, uint32_t i) {
     box[axis] = box4_union(box[axis], b->box[axis][i]);
 }
 
-bool whittle_bins_split(const bins *b, const bin_map *map, box4 bounds, uint32_t count,
-                        split *best) {
-  const float4 scale = float4_all(area_scale(bounds));
+/* For each axis the least cost of a plane, and that plane. */
+static void sweep(const bins *b, uint32_t bins, float4 scale, float4 *least, float4 *plane) {
   const box4 empty = box4_empty();
   float4 right_cost[MOST_BINS];
   box4 box[3] = {empty, empty, empty};
   int4 inside = int4_zero();
-  for (uint32_t i = map->bins - 1; i > 0; i--) {
+  for (uint32_t i = bins - 1; i > 0; i--) {
     extend(box, b, i);
     inside = int4_add(inside, int4_load(b->count[i]));
     right_cost[i] = float4_mul(areas(box, scale), int4_to_float4(inside));
   }
-  const float4 infinite = float4_all(__builtin_inff());
-  float4 least = infinite, plane = float4_all(0.0f);
+  *least = float4_all(__builtin_inff());
+  *plane = float4_all(0.0f);
   box[0] = box[1] = box[2] = empty;
   inside = int4_zero();
-  for (uint32_t i = 1; i < map->bins; i++) {
+  for (uint32_t i = 1; i < bins; i++) {
     extend(box, b, i - 1);
     inside = int4_add(inside, int4_load(b->count[i - 1]));
     const float4 left_cost = float4_mul(areas(box, scale), int4_to_float4(inside));
     const float4 cost = float4_add(left_cost, right_cost[i]);
-    const float4 better = float4_less(cost, least);
-    least = float4_choose(better, cost, least);
-    plane = float4_choose(better, float4_all((float)i), plane);
+    const float4 better = float4_less(cost, *least);
+    *least = float4_choose(better, cost, *least);
+    *plane = float4_choose(better, float4_all((float)i), *plane);
   }
+}
+
+bool whittle_bins_split(const bins *b, uint32_t bins, float4 usable, box4 bounds, uint32_t count,
+                        split *best) {
+  const float4 scale = float4_all(area_scale(bounds));
+  float4 least, plane;
+  sweep(b, bins, scale, &least, &plane);
   _Alignas(16) float costs[4], planes[4], whole[4];
-  float4_store(costs, float4_choose(map->usable, least, infinite));
+  float4_store(costs, float4_choose(usable, least, float4_all(__builtin_inff())));
   float4_store(planes, plane);
   const box4 all[3] = {bounds, bounds, bounds};
   float4_store(whole, areas(all, scale));

@@ -14,11 +14,9 @@
 #include <string.h>
 
 enum {
-  GRAIN = 8192,       /* fragments in a piece of a loop */
-  LARGE = 4 * GRAIN,  /* spans above this are binned and divided by the whole team */
-  BLOCK = 2048,       /* spans up to this are one worker's, without a gap between nodes */
-  FEW = 48,           /* spans below this have few enough fragments for few bins */
-  FEW_BINS = 8,
+  GRAIN = 8192,      /* fragments in a piece of a loop */
+  LARGE = 4 * GRAIN, /* spans above this are binned and divided by the whole team */
+  BLOCK = 2048,      /* spans up to this are one worker's, without a gap between nodes */
 };
 
 typedef struct builder {
@@ -60,10 +58,6 @@ static void set_bounds(whittle_node *node, box4 bounds) {
  * ceil_log2(count) <= WHITTLE_MAX_DEPTH - depth, so no leaf can lie deeper. */
 static bool must_halve(const span *s) {
   return ceil_log2(s->count) >= WHITTLE_MAX_DEPTH - s->depth;
-}
-
-static uint32_t bins_for(const builder *b, uint32_t count) {
-  return count < FEW && b->options.bins > FEW_BINS ? FEW_BINS : b->options.bins;
 }
 
 static bool leaf_is_cheaper(const builder *b, const split *best) {
@@ -118,39 +112,81 @@ static uint32_t count_below(const bins *bins, const split *best) {
   return left;
 }
 
-/* Grows the whole subtree of a span into the nodes from g->next on. */
-static void grow(grower *g, const span *s) {
+static void split_by_bins(const builder *b, const span *s, const bin_map *map, const bins *bins,
+                          const split *best, whittle_node *pair, span children[2]) {
+  const divider d = whittle_divider(map, best);
+  const uint32_t left = count_below(bins, best);
+  whittle_fragment *to = b->buffer[1 - s->buffer] + s->first;
+  box4 middles[2];
+  divide(b, s, pair, left, children);
+  bound_children(bins, best, map->bins, children);
+  whittle_partition(&d, b->buffer[s->buffer] + s->first, s->count, to, to + left, middles);
+  children[0].middles = middles[0];
+  children[1].middles = middles[1];
+}
+
+/* What a span becomes. */
+typedef enum choice { LEAF, SPLIT, HALVE } choice;
+
+static choice choose(const builder *b, const span *s, bool found, const split *best) {
+  if (s->count <= b->options.max_leaf && (!found || leaf_is_cheaper(b, best)))
+    return LEAF;
+  return found && !must_halve(s) ? SPLIT : HALVE;
+}
+
+/* Divides a span by ranks; false: it is a leaf. */
+static bool divide_ranked(grower *g, const span *s, span children[2]) {
   builder *b = g->b;
-  if (s->count == 1) {
-    make_leaf(g, s);
-    return;
-  }
   const whittle_fragment *fragments = b->buffer[s->buffer] + s->first;
-  const bin_map map = whittle_bin_map(s->middles, bins_for(b, s->count));
+  whittle_fragment *to = b->buffer[1 - s->buffer] + s->first;
+  ranks ranks;
+  split best;
+  whittle_bins_rank(&g->bins, &ranks, fragments, s->count);
+  const bool found = whittle_bins_split(&g->bins, s->count, float4_every(), s->bounds, s->count,
+                                        &best);
+  const choice choice = choose(b, s, found, &best);
+  if (choice == LEAF)
+    return false;
+  if (choice == HALVE)
+    best.plane = s->count / 2;
+  divide(b, s, g->next, best.plane, children);
+  bound_children(&g->bins, &best, s->count, children);
+  for (uint32_t i = 0; i < s->count; i++)
+    to[ranks.rank[i][best.axis]] = fragments[i];
+  return true;
+}
+
+/* Divides a span by bins; false: it is a leaf. */
+static bool divide_binned(grower *g, const span *s, span children[2]) {
+  builder *b = g->b;
+  const whittle_fragment *fragments = b->buffer[s->buffer] + s->first;
+  const bin_map map = whittle_bin_map(s->middles, b->options.bins);
   split best;
   whittle_bins_clear(&g->bins, map.bins);
   whittle_bins_add(&g->bins, &map, fragments, s->count);
-  const bool found = whittle_bins_split(&g->bins, &map, s->bounds, s->count, &best);
-  if (s->count <= b->options.max_leaf && (!found || leaf_is_cheaper(b, &best))) {
+  const bool found =
+      whittle_bins_split(&g->bins, map.bins, map.usable, s->bounds, s->count, &best);
+  const choice choice = choose(b, s, found, &best);
+  if (choice == LEAF)
+    return false;
+  if (choice == HALVE) {
+    halve(b, s, g->next, children);
+    return true;
+  }
+  split_by_bins(b, s, &map, &g->bins, &best, g->next, children);
+  return true;
+}
+
+/* Grows the whole subtree of a span into the nodes from g->next on. */
+static void grow(grower *g, const span *s) {
+  span children[2];
+  const uint32_t few = g->b->options.bins < MOST_RANKED ? g->b->options.bins : MOST_RANKED;
+  if (s->count == 1 ||
+      !(s->count <= few ? divide_ranked(g, s, children) : divide_binned(g, s, children))) {
     make_leaf(g, s);
     return;
   }
-  whittle_node *pair = g->next;
-  span children[2];
   g->next += 2;
-  if (!found || must_halve(s)) {
-    halve(b, s, pair, children);
-  } else {
-    const divider d = whittle_divider(&map, &best);
-    const uint32_t left = count_below(&g->bins, &best);
-    whittle_fragment *to = b->buffer[1 - s->buffer] + s->first;
-    box4 middles[2];
-    divide(b, s, pair, left, children);
-    bound_children(&g->bins, &best, map.bins, children);
-    whittle_partition(&d, fragments, s->count, to, to + left, middles);
-    children[0].middles = middles[0];
-    children[1].middles = middles[1];
-  }
   grow(g, &children[0]);
   grow(g, &children[1]);
 }
@@ -251,21 +287,14 @@ static void divide_span(builder *b, const span *s, whittle_node *pair, span chil
     whittle_bins_add(&l.bins, &l.map, b->buffer[s->buffer] + s->first, s->count);
   if (whittle_cancelled(b->team->state))
     return;
-  if (!whittle_bins_split(&l.bins, &l.map, s->bounds, s->count, &best) || must_halve(s)) {
+  const bool found =
+      whittle_bins_split(&l.bins, l.map.bins, l.map.usable, s->bounds, s->count, &best);
+  if (choose(b, s, found, &best) == HALVE)
     halve(b, s, pair, children);
-  } else if (s->count > LARGE) {
+  else if (s->count > LARGE)
     divide_large(&l, &best, pair, children);
-  } else {
-    box4 middles[2];
-    const divider d = whittle_divider(&l.map, &best);
-    const uint32_t left = count_below(&l.bins, &best);
-    whittle_fragment *to = b->buffer[1 - s->buffer] + s->first;
-    divide(b, s, pair, left, children);
-    bound_children(&l.bins, &best, l.map.bins, children);
-    whittle_partition(&d, b->buffer[s->buffer] + s->first, s->count, to, to + left, middles);
-    children[0].middles = middles[0];
-    children[1].middles = middles[1];
-  }
+  else
+    split_by_bins(b, s, &l.map, &l.bins, &best, pair, children);
 }
 
 static void grow_span(void *context, const void *argument) {
