@@ -39,6 +39,9 @@ class Scene:
 
     Wrong shapes, types, indices and transforms raise ValueError naming the argument; changing a
     scene that is being traced raises RuntimeError, as does tracing one that is not built.
+
+    Arrays may be anything that numpy makes an array of, in any layout: real numbers of another type
+    are converted, integers are taken for indices if they lie in range.
     """
 
     def add_mesh(
@@ -106,6 +109,8 @@ class Scene:
         t_min: float | ArrayLike = 0.0,
         t_max: float | ArrayLike = inf,
         threads: int = 0,
+        *,
+        visibility: int = ...,
     ) -> dict[str, NDArray[Any]]:
         """As intersect, by brute force in double precision without the tree."""
     def render(
