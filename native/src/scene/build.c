@@ -130,6 +130,14 @@ static void commit(build *b) {
   scene->built = true;
 }
 
+/* A thread costs more than it brings for fewer triangles than this. */
+enum { TRIANGLES_PER_WORKER = 4096 };
+
+static uint32_t workers_for(const build *b) {
+  const uint64_t useful = 1 + b->flat.index.triangles / TRIANGLES_PER_WORKER;
+  return useful < b->options.threads ? (uint32_t)useful : b->options.threads;
+}
+
 static whittle_status run(build *b, whittle_error *error) {
   whittle_run_state state = {.total = 0};
   whittle_status status = whittle_flat_begin(b->scene, &b->flat, error);
@@ -137,7 +145,7 @@ static whittle_status run(build *b, whittle_error *error) {
     return status;
   state.total = whittle_flat_units(&b->flat) + whittle_bvh_units(b->flat.index.triangles);
   whittle_team_init(&b->team, &state);
-  status = whittle_run(b->options.threads, work, b, &state, &b->options.progress, error);
+  status = whittle_run(workers_for(b), work, b, &state, &b->options.progress, error);
   whittle_team_destroy(&b->team);
   if (status != WHITTLE_OK)
     return status;

@@ -79,6 +79,7 @@ whittle_status whittle_flat_begin(const whittle_scene *scene, flat_scene *flat,
 void whittle_flat_free(flat_scene *flat) {
   whittle_release(flat->index.first_triangle);
   whittle_release(flat->index.first_vertex);
+  whittle_release(flat->vertices);
   whittle_release(flat->fragments);
   whittle_release(flat->drops);
   memset(flat, 0, sizeof *flat);
@@ -116,9 +117,32 @@ static void bound_vertices(void *context, uint64_t begin, uint64_t end) {
   pthread_mutex_unlock(&f->lock);
 }
 
-static void set_fragment(whittle_fragment *fragment, const float v[3][3]) {
+static void place_vertices(void *context, uint64_t begin, uint64_t end) {
+  const flatten *f = context;
+  const whittle_scene *scene = f->scene;
+  const uint64_t *first = f->flat->index.first_vertex;
+  size_t i = instance_of(first, scene->instance_count, begin);
+  for (uint64_t rank = begin; rank < end; i++) {
+    const instance *where = &scene->instances[i];
+    const mesh *m = &scene->meshes[where->mesh];
+    for (; rank < end && rank < first[i + 1]; rank++)
+      whittle_place_in_scene(m, where, (uint32_t)(rank - first[i]), &f->flat->frame, f->scale,
+                             f->flat->vertices + 3 * rank);
+  }
+}
+
+/* The three vertices of a triangle. */
+static inline void corners_of(const flat_scene *flat, const mesh *m, size_t instance,
+                              uint32_t triangle, const float *corner[3]) {
+  const float *vertices = flat->vertices + 3 * flat->index.first_vertex[instance];
+  const uint32_t *index = m->triangles + 3 * (size_t)triangle;
+  for (int k = 0; k < 3; k++)
+    corner[k] = vertices + 3 * (size_t)index[k];
+}
+
+static inline void set_fragment(whittle_fragment *fragment, const float *const corner[3]) {
   for (int i = 0; i < 3; i++) {
-    const float a = v[0][i], b = v[1][i], c = v[2][i];
+    const float a = corner[0][i], b = corner[1][i], c = corner[2][i];
     const float lo = a < b ? a : b, hi = a < b ? b : a;
     fragment->lo[i] = lo < c ? lo : c;
     fragment->hi[i] = hi > c ? hi : c;
@@ -142,16 +166,16 @@ static void place_triangles(void *context, uint64_t begin, uint64_t end) {
     const mesh *m = &scene->meshes[where->mesh];
     for (; rank < end && rank < first[i + 1]; rank++) {
       const uint32_t triangle = (uint32_t)(rank - first[i]);
-      float v[3][3];
-      const placement result =
-          whittle_place_triangle(m, where, triangle, &f->flat->frame, f->scale, v);
+      const float *corner[3];
+      corners_of(f->flat, m, i, triangle, corner);
+      const placement result = whittle_judge_triangle(corner[0], corner[1], corner[2]);
       if (result != PLACED) {
         count_drop(&f->flat->drops[where->mesh], result);
         continue;
       }
       out->triangle = triangle;
       out->instance = (uint32_t)i;
-      set_fragment(out++, (const float(*)[3])v);
+      set_fragment(out++, corner);
     }
   }
   f->kept[begin / GRAIN] = (uint32_t)(out - (f->flat->fragments + begin));
@@ -177,8 +201,9 @@ whittle_status whittle_flatten(whittle_team *team, const whittle_scene *scene, f
   flatten f = {.team = team, .scene = scene, .flat = flat, .bounds = EMPTY};
   const uint64_t total = flat->index.triangles;
   flat->fragments = whittle_allocate(total, sizeof *flat->fragments);
+  flat->vertices = whittle_allocate(flat->index.vertices, 3 * sizeof(float));
   f.kept = whittle_allocate(total / GRAIN + 1, sizeof *f.kept);
-  if (!flat->fragments || !f.kept) {
+  if (!flat->fragments || !flat->vertices || !f.kept) {
     whittle_release(f.kept);
     return whittle_out_of_memory(error, "the triangles to build from");
   }
@@ -186,6 +211,7 @@ whittle_status whittle_flatten(whittle_team *team, const whittle_scene *scene, f
   whittle_team_for(team, flat->index.vertices, GRAIN, bound_vertices, &f);
   flat->frame = whittle_frame_of(&f.bounds);
   f.scale = ldexp(1.0, -flat->frame.exponent);
+  whittle_team_for(team, flat->index.vertices, GRAIN, place_vertices, &f);
   whittle_team_for(team, total, GRAIN, place_triangles, &f);
   if (!whittle_cancelled(team->state))
     close_gaps(&f);
@@ -199,7 +225,6 @@ typedef struct record_writer {
   const whittle_scene *scene;
   const flat_scene *flat;
   triangle_record *records;
-  double scale;
 } record_writer;
 
 static void write_records(void *context, uint64_t begin, uint64_t end) {
@@ -208,12 +233,12 @@ static void write_records(void *context, uint64_t begin, uint64_t end) {
     const whittle_fragment *fragment = &w->flat->fragments[i];
     const instance *where = &w->scene->instances[fragment->instance];
     triangle_record *record = &w->records[i];
-    float v[3][3];
-    whittle_place_triangle(&w->scene->meshes[where->mesh], where, fragment->triangle,
-                           &w->flat->frame, w->scale, v);
-    memcpy(record->v0, v[0], sizeof record->v0);
-    memcpy(record->v1, v[1], sizeof record->v1);
-    memcpy(record->v2, v[2], sizeof record->v2);
+    const float *corner[3];
+    corners_of(w->flat, &w->scene->meshes[where->mesh], fragment->instance, fragment->triangle,
+               corner);
+    memcpy(record->v0, corner[0], sizeof record->v0);
+    memcpy(record->v1, corner[1], sizeof record->v1);
+    memcpy(record->v2, corner[2], sizeof record->v2);
     record->instance = fragment->instance;
     record->triangle = fragment->triangle;
     record->primitive =
@@ -224,6 +249,6 @@ static void write_records(void *context, uint64_t begin, uint64_t end) {
 
 void whittle_flat_records(whittle_team *team, const whittle_scene *scene, const flat_scene *flat,
                           triangle_record *records) {
-  record_writer w = {team, scene, flat, records, ldexp(1.0, -flat->frame.exponent)};
+  record_writer w = {team, scene, flat, records};
   whittle_team_for(team, flat->count, GRAIN, write_records, &w);
 }

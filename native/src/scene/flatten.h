@@ -24,6 +24,7 @@ typedef struct mesh_drops {
 typedef struct flat_scene {
   flat_index index;
   scene_frame frame;
+  float *vertices; /* x, y, z in scene space by placed vertex; NaN: not finite */
   whittle_fragment *fragments;
   uint64_t count;
   mesh_drops *drops; /* by mesh */

@@ -1,6 +1,6 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* One triangle of one instance, placed in the world and brought into scene space. */
+/* Vertices placed in the world and brought into scene space, and what is wrong with a triangle. */
 
 #pragma once
 
@@ -22,29 +22,30 @@ static inline bool whittle_place_vertex(const mesh *m, const instance *where, ui
 }
 
 /* Whether the cross product of two edges is exactly 0: the triangle is a line or a point. */
-static inline bool whittle_zero_area(const float v[3][3]) {
-  double a[3], b[3];
+static inline bool whittle_zero_area(const float a[3], const float b[3], const float c[3]) {
+  double p[3], q[3];
   for (int i = 0; i < 3; i++) {
-    a[i] = (double)v[1][i] - (double)v[0][i];
-    b[i] = (double)v[2][i] - (double)v[0][i];
+    p[i] = (double)b[i] - (double)a[i];
+    q[i] = (double)c[i] - (double)a[i];
   }
-  return a[1] * b[2] == a[2] * b[1] && a[2] * b[0] == a[0] * b[2] && a[0] * b[1] == a[1] * b[0];
+  return p[1] * q[2] == p[2] * q[1] && p[2] * q[0] == p[0] * q[2] && p[0] * q[1] == p[1] * q[0];
 }
 
 /* `scale` is 2^-exponent of the frame. Zeros come out positive, so that the smallest and largest of
- * several values have the same bits in whichever order they are found. */
-static inline placement whittle_place_triangle(const mesh *m, const instance *where,
-                                               uint32_t triangle, const scene_frame *frame,
-                                               double scale, float v[3][3]) {
-  const uint32_t *corners = m->triangles + 3 * (size_t)triangle;
-  bool finite = true;
-  for (int k = 0; k < 3; k++) {
-    double world[3];
-    finite &= whittle_place_vertex(m, where, corners[k], world);
-    for (int i = 0; i < 3; i++)
-      v[k][i] = (float)((world[i] - frame->center[i]) * scale) + 0.0f;
-  }
-  if (!finite)
+ * several values have the same bits in whichever order they are found. A vertex that is not finite
+ * becomes NaN. */
+static inline void whittle_place_in_scene(const mesh *m, const instance *where, uint32_t vertex,
+                                          const scene_frame *frame, double scale, float out[3]) {
+  double world[3];
+  const bool finite = whittle_place_vertex(m, where, vertex, world);
+  for (int i = 0; i < 3; i++)
+    out[i] = finite ? (float)((world[i] - frame->center[i]) * scale) + 0.0f : NAN;
+}
+
+/* What becomes of a triangle with these vertices. */
+static inline placement whittle_judge_triangle(const float a[3], const float b[3],
+                                               const float c[3]) {
+  if (isnan(a[0]) || isnan(b[0]) || isnan(c[0]))
     return PLACED_NON_FINITE;
-  return whittle_zero_area((const float(*)[3])v) ? PLACED_ZERO_AREA : PLACED;
+  return whittle_zero_area(a, b, c) ? PLACED_ZERO_AREA : PLACED;
 }
