@@ -27,6 +27,7 @@ static int detect(void) {
   const unsigned avx = BIT(12) | BIT(27) | BIT(28);      /* FMA, OSXSAVE, AVX */
   const unsigned avx2 = BIT(3) | BIT(5) | BIT(8);        /* BMI1, AVX2, BMI2 */
   const unsigned avx512 = BIT(16) | BIT(17) | BIT(30) | BIT(31); /* F, DQ, BW, VL */
+  const unsigned lzcnt = BIT(5);
   const unsigned saved_avx = BIT(1) | BIT(2);            /* XMM, YMM */
   const unsigned saved_avx512 = BIT(5) | BIT(6) | BIT(7); /* opmask, ZMM low and high */
   unsigned a, b, c, d;
@@ -38,7 +39,10 @@ static int detect(void) {
   if ((saved & saved_avx) != saved_avx || !__get_cpuid_count(7, 0, &a, &b, &c, &d) ||
       (b & avx2) != avx2)
     return WHITTLE_SSE42;
-  if ((saved & saved_avx512) != saved_avx512 || (b & avx512) != avx512)
+  const unsigned leaf_7 = b;
+  if (!__get_cpuid(0x80000001, &a, &b, &c, &d) || !(c & lzcnt))
+    return WHITTLE_SSE42;
+  if ((saved & saved_avx512) != saved_avx512 || (leaf_7 & avx512) != avx512)
     return WHITTLE_AVX2;
   return WHITTLE_AVX512;
 }

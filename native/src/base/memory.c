@@ -2,7 +2,6 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 /* Aligned memory with checked sizes; large pieces ask for large pages. */
 
-#define _GNU_SOURCE
 #include "base/memory.h"
 
 #include <stdint.h>

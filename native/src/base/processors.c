@@ -2,7 +2,6 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 /* Processors online, allowed by affinity, and paid for by a container's quota. */
 
-#define _GNU_SOURCE
 #include "base/processors.h"
 #include "base/memory.h"
 #include "whittle.h"

@@ -2,7 +2,6 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 /* Workers on POSIX threads, with the caller's thread reporting progress. */
 
-#define _POSIX_C_SOURCE 200809L
 #include "base/threads.h"
 #include "base/float_mode.h"
 #include "base/memory.h"

@@ -2,7 +2,6 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 /* Building a scene: flatten, grow the tree, gather the triangles, and only then replace the old. */
 
-#define _POSIX_C_SOURCE 200809L
 #include "base/clock.h"
 #include "base/memory.h"
 #include "scene/flatten.h"
