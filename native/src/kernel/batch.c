@@ -1,8 +1,9 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* Memory of ray batches: one block, cut into arrays. */
+/* Memory of rays and surfaces: one block each, cut into arrays. */
 
 #include "kernel/batch.h"
+#include "kernel/tile.h"
 
 #include "base/memory.h"
 
@@ -11,50 +12,67 @@
 /* Ray trees grow by doubling; past this a tile holds more rays than any sane picture needs. */
 #define MOST_RAYS (1u << 24)
 
-enum { ARRAYS = 19 };
+/* A block of equal arrays, cut at the addresses where the pointers to them stand. */
+typedef struct block {
+  void **arrays[32];
+  uint32_t count;
+} block;
 
-/* The addresses of all arrays, in the order in which the block is cut. */
-static void arrays_of(ray_batch *batch, void **array[ARRAYS]) {
-  ray_stream *rays = &batch->rays;
-  uint32_t n = 0;
-  for (int axis = 0; axis < 3; axis++) {
-    array[n++] = (void **)&rays->origin[axis];
-    array[n++] = (void **)&rays->direction[axis];
-    array[n++] = (void **)&batch->weight[axis];
+static void add_array(block *b, void *pointer) { b->arrays[b->count++] = pointer; }
+
+static void add_arrays(block *b, float **pointers, uint32_t count) {
+  for (uint32_t i = 0; i < count; i++)
+    add_array(b, &pointers[i]);
+}
+
+static size_t padded(uint32_t capacity) { return (size_t)capacity + WHITTLE_LANE_PAD; }
+
+static size_t block_bytes(const block *b, uint32_t capacity) {
+  return capacity ? padded(capacity) * b->count * sizeof(float) : 0;
+}
+
+/* A larger block with the first `keep` entries of each array; false leaves all as it was. */
+static bool block_grow(const block *b, void **memory, uint32_t *capacity, uint32_t count,
+                       uint32_t keep) {
+  if (count > MOST_RAYS)
+    return false;
+  uint32_t wanted = *capacity ? *capacity : 256;
+  while (wanted < count)
+    wanted *= 2;
+  char *larger = whittle_allocate(padded(wanted) * b->count, sizeof(float));
+  if (larger == NULL)
+    return false;
+  memset(larger, 0, block_bytes(b, wanted));
+  for (uint32_t i = 0; i < b->count; i++) {
+    void *to = larger + i * padded(wanted) * sizeof(float);
+    if (keep > 0)
+      memcpy(to, *b->arrays[i], keep * sizeof(float));
+    *b->arrays[i] = to;
   }
-  void **others[] = {(void **)&rays->t_min,     (void **)&rays->t,     (void **)&rays->u,
-                     (void **)&rays->v,         (void **)&rays->record, (void **)&rays->skip,
-                     (void **)&rays->nodes,     (void **)&rays->triangles, (void **)&batch->slot};
+  whittle_release(*memory);
+  *memory = larger;
+  *capacity = wanted;
+  return true;
+}
+
+static block rays_block(ray_batch *batch) {
+  block b = {.count = 0};
+  ray_stream *rays = &batch->rays;
+  add_arrays(&b, rays->origin, 3);
+  add_arrays(&b, rays->direction, 3);
+  add_arrays(&b, batch->weight, 3);
+  void *others[] = {&rays->t_min, &rays->t,     &rays->u,         &rays->v,    &rays->record,
+                    &rays->skip,  &rays->nodes, &rays->triangles, &batch->slot};
   for (uint32_t i = 0; i < sizeof others / sizeof *others; i++)
-    array[n++] = others[i];
-  array[n++] = NULL;
+    add_array(&b, others[i]);
+  return b;
 }
 
 bool ray_batch_reserve(ray_batch *batch, uint32_t count) {
   if (count <= batch->capacity)
     return true;
-  if (count > MOST_RAYS)
-    return false;
-  uint32_t capacity = batch->capacity ? batch->capacity : 256;
-  while (capacity < count)
-    capacity *= 2;
-  const size_t padded = (size_t)capacity + WHITTLE_LANE_PAD;
-  char *memory = whittle_allocate(padded * (ARRAYS - 1), sizeof(float));
-  if (memory == NULL)
-    return false;
-  memset(memory, 0, padded * (ARRAYS - 1) * sizeof(float));
-  void **array[ARRAYS];
-  arrays_of(batch, array);
-  for (uint32_t i = 0; array[i] != NULL; i++) {
-    void *to = memory + i * padded * sizeof(float);
-    if (batch->memory != NULL)
-      memcpy(to, *array[i], batch->rays.count * sizeof(float));
-    *array[i] = to;
-  }
-  whittle_release(batch->memory);
-  batch->memory = memory;
-  batch->capacity = capacity;
-  return true;
+  const block b = rays_block(batch);
+  return block_grow(&b, &batch->memory, &batch->capacity, count, batch->rays.count);
 }
 
 void ray_batch_release(ray_batch *batch) {
@@ -63,6 +81,37 @@ void ray_batch_release(ray_batch *batch) {
 }
 
 size_t ray_batch_bytes(const ray_batch *batch) {
-  return batch->capacity ? ((size_t)batch->capacity + WHITTLE_LANE_PAD) * (ARRAYS - 1) * sizeof(float)
-                         : 0;
+  ray_batch copy = *batch;
+  const block b = rays_block(&copy);
+  return block_bytes(&b, batch->capacity);
+}
+
+static block surfaces_block(surface_batch *s) {
+  block b = {.count = 0};
+  float **vectors[] = {s->point, s->geometric, s->normal, s->view, s->weight, s->diffuse, s->highlight};
+  for (uint32_t i = 0; i < sizeof vectors / sizeof *vectors; i++)
+    add_arrays(&b, vectors[i], 3);
+  void *others[] = {&s->error, &s->alpha, &s->record, &s->slot, &s->ray};
+  for (uint32_t i = 0; i < sizeof others / sizeof *others; i++)
+    add_array(&b, others[i]);
+  return b;
+}
+
+bool surface_batch_reserve(surface_batch *batch, uint32_t count) {
+  batch->count = 0;
+  if (count <= batch->capacity)
+    return true;
+  const block b = surfaces_block(batch);
+  return block_grow(&b, &batch->memory, &batch->capacity, count, 0);
+}
+
+void surface_batch_release(surface_batch *batch) {
+  whittle_release(batch->memory);
+  *batch = (surface_batch){0};
+}
+
+size_t surface_batch_bytes(const surface_batch *batch) {
+  surface_batch copy = *batch;
+  const block b = surfaces_block(&copy);
+  return block_bytes(&b, batch->capacity);
 }

@@ -5,11 +5,13 @@
 #define _POSIX_C_SOURCE 200809L
 
 #include "base/clock.h"
-#include "base/memory.h"
 #include "kernel/box.h"
 #include "kernel/frustum.h"
 #include "kernel/hash.h"
 #include "kernel/tile.h"
+#include "kernel/vector.h"
+
+#include <stddef.h>
 
 #include "kernel/trace.inl"
 

@@ -1,177 +1,238 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* Whitted shading: what a hit emits, which rays it sends on, and how it answers light. */
+/* Whitted shading: what hits emit, which rays they send on, and how they answer light. */
 
 /* Whitted: An Improved Illumination Model for Shaded Display, CACM 1980, with Fresnel weights. */
 
 #define INVERSE_PI 0x1.45f306p-2f
 
-/* Reflectance of a dielectric boundary for cosine c and the cosine of refraction t (Fresnel). */
-static inline float fresnel(float c, float t, float eta) {
-  const float parallel = (eta * c - t) / (eta * c + t);
-  const float perpendicular = (c - eta * t) / (c + eta * t);
-  return 0.5f * (parallel * parallel + perpendicular * perpendicular);
+/* Materials of a lane group, transposed: a row for each number of whittle_material. */
+typedef struct material_block {
+  float row[sizeof(whittle_material) / sizeof(float)][V_LANES] __attribute__((aligned(64)));
+} material_block;
+
+#define MATERIAL_ROW(field) (offsetof(whittle_material, field) / sizeof(float))
+
+static inline const whittle_material *material_of(const whittle_scene *scene, uint32_t record) {
+  const triangle_record *r = &scene->triangles[record];
+  const mesh *m = &scene->meshes[scene->instances[r->instance].mesh];
+  return &scene->materials[m->materials ? m->materials[r->triangle] : 0];
 }
 
-/* A material seen at one angle. */
+static inline void gather_materials(const whittle_scene *scene, const uint32_t *records,
+                                    uint32_t lanes, material_block *block) {
+  const uint32_t rows = sizeof(whittle_material) / sizeof(float);
+  for (uint32_t lane = 0; lane < V_LANES; lane++) {
+    float numbers[sizeof(whittle_material) / sizeof(float)];
+    memcpy(numbers, material_of(scene, records[lane < lanes ? lane : 0]), sizeof numbers);
+    for (uint32_t row = 0; row < rows; row++)
+      block->row[row][lane] = numbers[row];
+  }
+}
+
+/* Reflectance of a dielectric boundary for cosine c, cosine of refraction t (Fresnel). */
+static inline v_float fresnel(v_float c, v_float t, v_float eta) {
+  const v_float parallel = (eta * c - t) / (eta * c + t);
+  const v_float perpendicular = (c - eta * t) / (c + eta * t);
+  return v_set(0.5f) * (parallel * parallel + perpendicular * perpendicular);
+}
+
+/* Materials seen at one angle. */
 typedef struct response {
-  vector reflect, transmit, diffuse;
-  float eta;   /* index of refraction behind the surface over that before it */
-  float cos_t; /* of the refracted ray; 0 at total reflection */
+  v_vector reflect, transmit, diffuse;
+  v_float eta;   /* index of refraction behind the surface over that before it */
+  v_float cos_t; /* of the refracted ray; 0 at total reflection */
 } response;
 
-static inline response respond(const whittle_material *m, float c, bool outside) {
+static inline response respond(material_block *m, v_float c, v_mask outside) {
+  const v_float nothing = v_set(0.0f), one = v_set(1.0f);
   response r;
-  const float ior = m->ior > 0.0f ? m->ior : 1.5f;
-  const bool opaque = !(vec_most(vec_from(m->transmission)) > 0.0f);
-  r.eta = outside || opaque ? ior : 1.0f / ior;
-  const float sine2 = (1.0f - c * c) / (r.eta * r.eta);
-  const bool total = sine2 >= 1.0f;
-  r.cos_t = total ? 0.0f : s_sqrt(1.0f - s_max(sine2, 0.0f));
-  const float f = total ? 1.0f : fresnel(c, r.cos_t, r.eta);
-  const float ramp = s_max(1.0f - c, 0.0f);
-  const float schlick = m->metal_weight * (((ramp * ramp) * (ramp * ramp)) * ramp);
-  const vector specular = vec_scale(vec_from(m->specular), f);
-  const vector metal = vec_scale(vec_from(m->metal), m->metal_weight - schlick);
-  r.reflect = vec_add(vec_add(vec_from(m->mirror), vec_add(metal, vec(schlick, schlick, schlick))),
+  const v_vector transmission = vec_rows(m->row + MATERIAL_ROW(transmission));
+  const v_float given = v_load(m->row[MATERIAL_ROW(ior)]);
+  const v_float ior = v_select(v_lt(nothing, given), given, v_set(1.5f));
+  const v_mask inside = v_andnot(v_lt(nothing, vec_most(transmission)), outside);
+  r.eta = v_select(inside, one / ior, ior);
+  const v_float sine2 = (one - c * c) / (r.eta * r.eta);
+  const v_mask total = v_le(one, sine2);
+  r.cos_t = v_select(total, nothing, v_sqrt(v_max(one - v_max(sine2, nothing), nothing)));
+  const v_float f = v_select(total, one, fresnel(c, r.cos_t, r.eta));
+  const v_float ramp = v_max(one - c, nothing);
+  const v_float metal_weight = v_load(m->row[MATERIAL_ROW(metal_weight)]);
+  const v_float schlick = metal_weight * (((ramp * ramp) * (ramp * ramp)) * ramp);
+  const v_vector specular = vec_scale(vec_rows(m->row + MATERIAL_ROW(specular)), f);
+  const v_vector metal = vec_scale(vec_rows(m->row + MATERIAL_ROW(metal)), metal_weight - schlick);
+  r.reflect = vec_add(vec_add(vec_rows(m->row + MATERIAL_ROW(mirror)),
+                              vec_add(metal, vec(schlick, schlick, schlick))),
                       specular);
-  r.transmit = vec_scale(vec_from(m->transmission), 1.0f - f);
-  /* A dielectric coat takes from the diffuse light below it what it reflects, outside and in. */
-  const vector rest = vec_sub(vec(1.0f, 1.0f, 1.0f), specular);
-  r.diffuse = vec_mul(vec_from(m->diffuse), rest);
+  r.transmit = vec_scale(transmission, one - f);
+  /* A dielectric coat takes from the diffuse light below it what it reflects. */
+  const v_vector rest = vec_sub(vec(one, one, one), specular);
+  r.diffuse = vec_mul(vec_rows(m->row + MATERIAL_ROW(diffuse)), rest);
   return r;
 }
 
-/* The mirrored direction, kept above the geometric surface. */
-static inline vector mirrored(const surface *s) {
-  const vector view = vec_from(s->view), normal = vec_from(s->normal), flat = vec_from(s->geometric);
-  const vector d = vec_sub(vec_scale(normal, 2.0f * vec_dot(normal, view)), view);
-  if (vec_dot(d, flat) > 0.0f)
+static inline v_vector mirror_about(v_vector view, v_vector normal) {
+  return vec_sub(vec_scale(normal, v_set(2.0f) * vec_dot(normal, view)), view);
+}
+
+/* Mirrored directions, kept above the geometric surface. */
+static inline v_vector mirrored(v_vector view, v_vector normal, v_vector flat) {
+  const v_vector d = mirror_about(view, normal);
+  return vec_select(v_lt(v_set(0.0f), vec_dot(d, flat)), d, mirror_about(view, flat));
+}
+
+/* Refracted directions by Snell's law, kept below the geometric surface. */
+static inline v_vector refracted(v_vector view, v_vector normal, v_vector flat, const response *r) {
+  const v_float nothing = v_set(0.0f), one = v_set(1.0f), ratio = one / r->eta;
+  const v_vector back = vec_scale(view, ratio);
+  const v_vector d = vec_sub(vec_scale(normal, ratio * vec_dot(normal, view) - r->cos_t), back);
+  const v_mask below = v_lt(vec_dot(d, flat), nothing);
+  if (v_bits(below) == (1u << V_LANES) - 1)
     return d;
-  return vec_sub(vec_scale(flat, 2.0f * vec_dot(flat, view)), view);
+  const v_float c = vec_dot(flat, view);
+  const v_float sine2 = (one - c * c) * (ratio * ratio);
+  const v_float cos_t = v_sqrt(v_max(one - v_max(sine2, nothing), nothing));
+  return vec_select(below, d, vec_sub(vec_scale(flat, ratio * c - cos_t), back));
 }
 
-/* The refracted direction by Snell's law, kept below the geometric surface. */
-static inline vector refracted(const surface *s, const response *r) {
-  const vector view = vec_from(s->view), normal = vec_from(s->normal), flat = vec_from(s->geometric);
-  const float ratio = 1.0f / r->eta;
-  const vector along = vec_scale(normal, ratio * vec_dot(normal, view) - r->cos_t);
-  const vector d = vec_sub(along, vec_scale(view, ratio));
-  if (vec_dot(d, flat) < 0.0f)
-    return d;
-  const float c = vec_dot(flat, view);
-  const float sine2 = (1.0f - c * c) * (ratio * ratio);
-  const float cos_t = sine2 < 1.0f ? s_sqrt(1.0f - s_max(sine2, 0.0f)) : 0.0f;
-  return vec_sub(vec_scale(flat, ratio * c - cos_t), vec_scale(view, ratio));
-}
-
-static inline void add_light(tile_worker *w, uint32_t slot, vector light) {
-  w->sample[0][slot] += light.x;
-  w->sample[1][slot] += light.y;
-  w->sample[2][slot] += light.z;
-}
-
-/* Sends a ray on from a surface, if its weight is worth it. */
-static inline bool spawn(const tile_context *context, tile_worker *w, ray_batch *batch,
-                         const surface *s, vector direction, float side, vector weight) {
-  const float most = vec_most(weight);
-  if (!(most > 0.0f))
-    return true;
-  if (batch == NULL || most < context->settings.cutoff) {
-    w->stats.secondary_rays_left_out++;
-    w->stats.dropped_weight += most;
-    return true;
+/* Adds light to the sample, lane by lane: two lanes may belong to one pixel. */
+static inline void add_light(tile_worker *w, const uint32_t *slots, uint32_t lanes, v_vector light) {
+  float value[3][V_LANES] __attribute__((aligned(64)));
+  float *const rows[3] = {value[0], value[1], value[2]};
+  vec_store(rows, 0, light);
+  for (uint32_t set = lanes; set; set &= set - 1) {
+    const uint32_t lane = (uint32_t)__builtin_ctz(set), slot = slots[lane];
+    for (int channel = 0; channel < 3; channel++)
+      w->sample[channel][slot] += value[channel][lane];
   }
-  const uint32_t i = batch->rays.count;
-  if (!ray_batch_reserve(batch, i + 1))
+}
+
+/* Appends the lanes of `set` to a batch, in order. */
+static inline bool append_rays(ray_batch *batch, uint32_t set, const uint32_t *slots,
+                               const uint32_t *skips, v_vector origin, v_vector direction,
+                               v_vector weight, float t_max) {
+  float value[9][V_LANES] __attribute__((aligned(64)));
+  float *const rows[9] = {value[0], value[1], value[2], value[3], value[4],
+                          value[5], value[6], value[7], value[8]};
+  uint32_t n = batch->rays.count;
+  if (!ray_batch_reserve(batch, n + V_LANES))
     return false;
-  float origin[3], d[3], share[3];
-  surface_origin(s, side, origin);
-  vec_to(direction, d);
-  vec_to(weight, share);
-  for (int axis = 0; axis < 3; axis++) {
-    batch->rays.origin[axis][i] = origin[axis];
-    batch->rays.direction[axis][i] = d[axis];
-    batch->weight[axis][i] = share[axis];
+  vec_store(rows, 0, origin);
+  vec_store(rows + 3, 0, direction);
+  vec_store(rows + 6, 0, weight);
+  for (; set; set &= set - 1) {
+    const uint32_t lane = (uint32_t)__builtin_ctz(set);
+    for (int axis = 0; axis < 3; axis++) {
+      batch->rays.origin[axis][n] = value[axis][lane];
+      batch->rays.direction[axis][n] = value[3 + axis][lane];
+      batch->weight[axis][n] = value[6 + axis][lane];
+    }
+    batch->rays.t_min[n] = 0.0f, batch->rays.t[n] = t_max;
+    batch->rays.skip[n] = skips[lane], batch->slot[n] = slots[lane];
+    n++;
   }
-  batch->rays.t_min[i] = 0.0f;
-  batch->rays.t[i] = __builtin_inff();
-  batch->rays.skip[i] = s->record;
-  batch->slot[i] = s->slot;
-  batch->rays.count = i + 1;
+  batch->rays.count = n;
   return true;
 }
 
-/* One hit: its own light into the sample, its secondary rays into the next generation, and what
- * lights need into the surfaces. `needs` is a constant in each kernel. */
+/* Sends rays on from the lanes of `lanes` whose weight is worth it; batch NULL: deep enough. */
+static inline bool spawn(const tile_context *context, tile_worker *w, ray_batch *batch, uint32_t at,
+                         uint32_t lanes, v_vector direction, float side, v_vector weight) {
+  const surface_batch *s = &w->surfaces;
+  const v_float most = vec_most(weight);
+  lanes &= v_bits(v_lt(v_set(0.0f), most));
+  const uint32_t worth =
+      batch == NULL ? 0 : lanes & ~v_bits(v_lt(most, v_set(context->settings.cutoff)));
+  float dropped[V_LANES] __attribute__((aligned(64)));
+  v_store(dropped, most);
+  for (uint32_t set = lanes & ~worth; set; set &= set - 1) {
+    w->stats.secondary_rays_left_out++;
+    w->stats.dropped_weight += dropped[__builtin_ctz(set)];
+  }
+  return worth == 0 || append_rays(batch, worth, s->slot + at, s->record + at,
+                                   surface_origins(s, at, side), direction, weight, __builtin_inff());
+}
+
+/* A group of hits: their own light into the sample, their secondary rays into the next generation,
+ * and into the surfaces what lights will ask. `needs` is a constant in each kernel. */
 static inline __attribute__((always_inline)) bool
-shade_hit(const tile_context *context, tile_worker *w, surface *s, bool outside, ray_batch *reflection,
-          ray_batch *refraction, const uint32_t needs) {
+shade_group(const tile_context *context, tile_worker *w, uint32_t at, uint32_t count, v_mask outside,
+            ray_batch *reflection, ray_batch *refraction, const uint32_t needs) {
   const whittle_scene *scene = context->scene;
-  const triangle_record *triangle = &scene->triangles[s->record];
-  const mesh *m = &scene->meshes[scene->instances[triangle->instance].mesh];
-  const uint32_t index = m->materials ? m->materials[triangle->triangle] : 0;
-  const whittle_material *material = &scene->materials[index];
-  const vector weight = vec_from(s->weight);
-  const float c = s_min(vec_dot(vec_from(s->normal), vec_from(s->view)), 1.0f);
-  const response r = respond(material, c, outside);
-  const bool rough = (needs & WHITTLE_NEED_HIGHLIGHT) && material->roughness > 0.0f;
+  surface_batch *s = &w->surfaces;
+  const uint32_t lanes = (uint32_t)((1ull << count) - 1);
+  material_block m;
+  gather_materials(scene, s->record + at, count, &m);
+  const v_vector view = vec_load(s->view, at), normal = vec_load(s->normal, at);
+  const v_vector flat = vec_load(s->geometric, at), weight = vec_load(s->weight, at);
+  const v_float nothing = v_set(0.0f);
+  const response r = respond(&m, v_min(vec_dot(normal, view), v_set(1.0f)), outside);
+  const v_float roughness = v_load(m.row[MATERIAL_ROW(roughness)]);
+  const v_mask rough = v_lt(nothing, roughness);
 
-  vector light = vec_from(material->emission);
-  light = vec_add(light, vec_mul(r.diffuse, vec_from(scene->world.ambient)));
-  if (rough)
-    light = vec_add(light, vec_mul(r.reflect, vec_from(scene->world.color)));
-  add_light(w, s->slot, vec_mul(light, weight));
+  v_vector light = vec_rows(m.row + MATERIAL_ROW(emission));
+  light = vec_add(light, vec_mul(r.diffuse, vec_set(scene->world.ambient)));
+  if (needs & WHITTLE_NEED_HIGHLIGHT) {
+    const v_vector around = vec_mul(r.reflect, vec_set(scene->world.color));
+    light = vec_add(light, vec_select(rough, around, vec(nothing, nothing, nothing)));
+    vec_store(s->highlight, at, r.reflect);
+    v_store(s->alpha + at, v_select(rough, roughness * roughness, nothing));
+  }
+  add_light(w, s->slot + at, lanes, vec_mul(light, weight));
+  vec_store(s->diffuse, at, vec_scale(r.diffuse, v_set(INVERSE_PI)));
 
-  vec_to(vec_scale(r.diffuse, INVERSE_PI), s->diffuse);
-  vec_to(r.reflect, s->highlight);
-  s->alpha = rough ? material->roughness * material->roughness : 0.0f;
   bool room = true;
-  if ((needs & WHITTLE_NEED_MIRROR) && !rough)
-    room = spawn(context, w, reflection, s, mirrored(s), 1.0f, vec_mul(weight, r.reflect));
-  if ((needs & WHITTLE_NEED_GLASS) && r.cos_t > 0.0f)
-    room = room && spawn(context, w, refraction, s, refracted(s, &r), -1.0f,
-                         vec_mul(weight, r.transmit));
+  if (needs & WHITTLE_NEED_MIRROR)
+    room = spawn(context, w, reflection, at, lanes & ~v_bits(rough), mirrored(view, normal, flat),
+                 1.0f, vec_mul(weight, r.reflect));
+  if (needs & WHITTLE_NEED_GLASS)
+    room = room && spawn(context, w, refraction, at, lanes & v_bits(v_lt(nothing, r.cos_t)),
+                         refracted(view, normal, flat, &r), -1.0f, vec_mul(weight, r.transmit));
   return room;
 }
 
-/* The GGX highlight of a rough surface towards the view for light from `to_light` (Walter et al.,
- * Microfacet Models for Refraction, EGSR 2007), times the cosine at the surface. */
-static inline float highlight(const surface *s, vector to_light, float cos_light) {
-  const vector normal = vec_from(s->normal), view = vec_from(s->view);
-  const vector half = vec_unit(vec_add(view, to_light));
-  const float a2 = s->alpha * s->alpha;
-  const float h = s_min(vec_dot(normal, half), 1.0f), c = vec_dot(normal, view);
-  const float base = (h * h) * (a2 - 1.0f) + 1.0f;
-  const float spread = a2 * INVERSE_PI / (base * base);
-  const float mask_light = cos_light + s_sqrt(a2 + (1.0f - a2) * (cos_light * cos_light));
-  const float mask_view = c + s_sqrt(a2 + (1.0f - a2) * (c * c));
+/* GGX highlights towards the view for light from `to_light` (Walter et al., Microfacet Models for
+ * Refraction, EGSR 2007), times the cosine at the surface. */
+static inline v_float highlights(v_vector view, v_vector normal, v_float alpha, v_vector to_light,
+                                 v_float cos_light) {
+  const v_float one = v_set(1.0f);
+  const v_vector half = vec_unit(vec_add(view, to_light), normal);
+  const v_float a2 = alpha * alpha;
+  const v_float h = v_min(vec_dot(normal, half), one), c = vec_dot(normal, view);
+  const v_float base = (h * h) * (a2 - one) + one;
+  const v_float spread = a2 * v_set(INVERSE_PI) / (base * base);
+  const v_float mask_light = cos_light + v_sqrt(a2 + (one - a2) * (cos_light * cos_light));
+  const v_float mask_view = c + v_sqrt(a2 + (one - a2) * (c * c));
   return spread * cos_light / (mask_light * mask_view);
 }
 
-/* The light that a surface would send to the pixel from one light, if nothing is in between, and
- * the shadow ray that asks. False where the light cannot reach or counts nothing. */
-static inline bool light_arrives(const surface *s, const light_record *l, vector *light,
-                                 vector *to_light, float origin[3]) {
-  surface_origin(s, 1.0f, origin);
-  float falloff = 1.0f;
-  *to_light = vec_from(l->place);
-  vector direction = *to_light;
+/* The light that surfaces would send to the pixel from one light, if nothing is in between, and
+ * the shadow rays that ask. Gives the lanes where the light arrives and counts. */
+static inline uint32_t light_arrives(const tile_context *context, const surface_batch *s, uint32_t at,
+                                     const light_record *l, v_vector origin, v_vector *light,
+                                     v_vector *to_light) {
+  const v_float nothing = v_set(0.0f);
+  const v_vector normal = vec_load(s->normal, at), flat = vec_load(s->geometric, at);
+  v_float falloff = v_set(1.0f);
+  *to_light = vec_set(l->place);
+  v_vector direction = *to_light;
   if (l->kind == WHITTLE_POINT) {
-    *to_light = vec_sub(*to_light, vec_from(origin));
-    const float distance2 = vec_dot(*to_light, *to_light);
-    if (!(distance2 > 0.0f))
-      return false;
-    falloff = 1.0f / distance2;
-    direction = vec_unit(*to_light);
+    *to_light = vec_sub(*to_light, origin);
+    direction = vec_unit(*to_light, vec_scale(flat, v_set(-1.0f)));
+    falloff = v_set(1.0f) / vec_dot(*to_light, *to_light);
   }
-  const float cosine = vec_dot(vec_from(s->normal), direction);
-  if (!(cosine > 0.0f) || !(vec_dot(vec_from(s->geometric), direction) > 0.0f))
-    return false;
-  vector answer = vec_scale(vec_from(s->diffuse), cosine);
-  if (s->alpha > 0.0f)
-    answer = vec_add(answer, vec_scale(vec_from(s->highlight), highlight(s, direction, cosine)));
-  const vector arriving = vec_scale(vec_from(l->intensity), falloff);
-  *light = vec_mul(vec_mul(answer, arriving), vec_from(s->weight));
-  return vec_most(*light) > 0.0f && vec_most(*light) < __builtin_inff();
+  const v_float cosine = vec_dot(normal, direction);
+  const v_mask facing = v_and(v_lt(nothing, cosine), v_lt(nothing, vec_dot(flat, direction)));
+  v_vector answer = vec_scale(vec_load(s->diffuse, at), cosine);
+  if (context->needs & WHITTLE_NEED_HIGHLIGHT) {
+    const v_float alpha = v_load(s->alpha + at);
+    const v_float shine = highlights(vec_load(s->view, at), normal, alpha, direction, cosine);
+    const v_float kept = v_select(v_lt(nothing, alpha), shine, nothing);
+    answer = vec_add(answer, vec_scale(vec_load(s->highlight, at), kept));
+  }
+  const v_vector arriving = vec_scale(vec_set(l->intensity), falloff);
+  *light = vec_mul(vec_mul(answer, arriving), vec_load(s->weight, at));
+  const v_float most = vec_most(*light);
+  const v_mask counts = v_and(v_lt(nothing, most), v_lt(most, v_set(__builtin_inff())));
+  return v_bits(v_and(facing, counts));
 }

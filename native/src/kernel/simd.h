@@ -97,6 +97,16 @@ static inline v_mask v_above(uint32_t x, v_uint a) {
   return _mm512_cmpgt_epu32_mask(a, _mm512_set1_epi32((int)x));
 }
 static inline v_mask v_equ(v_uint a, v_uint b) { return _mm512_cmpeq_epi32_mask(a, b); }
+/* The neighbouring float above (up 1) or below (up -1). */
+static inline v_float v_next(v_float a, int up) {
+  const __m512i bits = _mm512_castps_si512(a);
+  const __mmask16 negative = _mm512_movepi32_mask(bits);
+  const __m512i magnitude = _mm512_and_si512(bits, _mm512_set1_epi32(INT32_MAX));
+  const __m512i step = _mm512_mask_blend_epi32(negative, _mm512_set1_epi32(up), _mm512_set1_epi32(-up));
+  const __m512i zero = _mm512_set1_epi32(up > 0 ? 1 : INT32_MIN + 1);
+  const __mmask16 none = _mm512_cmpeq_epi32_mask(magnitude, _mm512_setzero_si512());
+  return _mm512_castsi512_ps(_mm512_mask_blend_epi32(none, _mm512_add_epi32(bits, step), zero));
+}
 static inline float v_reduce_min(v_float a) { return _mm512_reduce_min_ps(a); }
 static inline float v_reduce_max(v_float a) { return _mm512_reduce_max_ps(a); }
 
@@ -141,6 +151,15 @@ static inline v_mask v_above(uint32_t x, v_uint a) {
 }
 static inline v_mask v_equ(v_uint a, v_uint b) {
   return _mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b));
+}
+static inline v_float v_next(v_float a, int up) {
+  const __m256i bits = _mm256_castps_si256(a);
+  const __m256i negative = _mm256_srai_epi32(bits, 31);
+  const __m256i magnitude = _mm256_and_si256(bits, _mm256_set1_epi32(INT32_MAX));
+  const __m256i step = _mm256_blendv_epi8(_mm256_set1_epi32(up), _mm256_set1_epi32(-up), negative);
+  const __m256i zero = _mm256_set1_epi32(up > 0 ? 1 : INT32_MIN + 1);
+  const __m256i none = _mm256_cmpeq_epi32(magnitude, _mm256_setzero_si256());
+  return _mm256_castsi256_ps(_mm256_blendv_epi8(_mm256_add_epi32(bits, step), zero, none));
 }
 static inline float v_reduce_min(v_float a) {
   const __m128 h = _mm_min_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
@@ -193,6 +212,15 @@ static inline v_mask v_above(uint32_t x, v_uint a) {
   return _mm_castsi128_ps(_mm_cmpgt_epi32(_mm_xor_si128(a, flip), b));
 }
 static inline v_mask v_equ(v_uint a, v_uint b) { return _mm_castsi128_ps(_mm_cmpeq_epi32(a, b)); }
+static inline v_float v_next(v_float a, int up) {
+  const __m128i bits = _mm_castps_si128(a);
+  const __m128i negative = _mm_srai_epi32(bits, 31);
+  const __m128i magnitude = _mm_and_si128(bits, _mm_set1_epi32(INT32_MAX));
+  const __m128i step = _mm_blendv_epi8(_mm_set1_epi32(up), _mm_set1_epi32(-up), negative);
+  const __m128i zero = _mm_set1_epi32(up > 0 ? 1 : INT32_MIN + 1);
+  const __m128i none = _mm_cmpeq_epi32(magnitude, _mm_setzero_si128());
+  return _mm_castsi128_ps(_mm_blendv_epi8(_mm_add_epi32(bits, step), zero, none));
+}
 static inline float v_reduce_min(v_float a) {
   const __m128 q = _mm_min_ps(a, _mm_movehl_ps(a, a));
   return _mm_cvtss_f32(_mm_min_ss(q, _mm_shuffle_ps(q, q, 1)));

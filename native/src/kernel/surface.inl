@@ -1,126 +1,146 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* From a hit to its place and normals. Everything here is one number at a time, in a fixed order. */
+/* From hits to their places and normals, a lane group at a time. */
 
-typedef struct vector {
-  float x, y, z;
-} vector;
+/* The numbers of a lane group's triangles, transposed: a row for each number. */
+typedef struct corner_block {
+  float vertex[9][V_LANES] __attribute__((aligned(64)));
+  float normal[9][V_LANES] __attribute__((aligned(64)));
+  float turn[9][V_LANES] __attribute__((aligned(64))); /* the instance's normal matrix */
+  float side[V_LANES] __attribute__((aligned(64)));
+  float u[V_LANES] __attribute__((aligned(64))), v[V_LANES] __attribute__((aligned(64)));
+  uint32_t smooth; /* lanes whose mesh has normals */
+} corner_block;
 
-static inline vector vec(float x, float y, float z) { return (vector){x, y, z}; }
-static inline vector vec_from(const float v[3]) { return (vector){v[0], v[1], v[2]}; }
-static inline void vec_to(vector v, float out[3]) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
-static inline vector vec_add(vector a, vector b) { return vec(a.x + b.x, a.y + b.y, a.z + b.z); }
-static inline vector vec_sub(vector a, vector b) { return vec(a.x - b.x, a.y - b.y, a.z - b.z); }
-static inline vector vec_mul(vector a, vector b) { return vec(a.x * b.x, a.y * b.y, a.z * b.z); }
-static inline vector vec_scale(vector a, float s) { return vec(a.x * s, a.y * s, a.z * s); }
-static inline float vec_dot(vector a, vector b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
-static inline float vec_most(vector a) { return s_max(s_max(a.x, a.y), a.z); }
-static inline vector vec_cross(vector a, vector b) {
-  return vec(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
-/* Scaled by its largest component first, so that tiny and huge vectors keep their direction. */
-static inline vector vec_unit(vector a) {
-  const float most = vec_most(vec(s_abs(a.x), s_abs(a.y), s_abs(a.z)));
-  if (!(most > 0.0f))
-    return vec(0.0f, 0.0f, 1.0f);
-  const vector b = vec_scale(a, 1.0f / most);
-  return vec_scale(b, 1.0f / s_sqrt(vec_dot(b, b)));
-}
-
-/* The unit geometric normal by cross product in double: a needle's would be lost in float. */
-static inline vector geometric_normal(const triangle_record *r) {
-  double a[3], b[3], n[3];
-  for (int i = 0; i < 3; i++) {
-    a[i] = (double)r->v1[i] - (double)r->v0[i];
-    b[i] = (double)r->v2[i] - (double)r->v0[i];
-  }
-  n[0] = a[1] * b[2] - a[2] * b[1];
-  n[1] = a[2] * b[0] - a[0] * b[2];
-  n[2] = a[0] * b[1] - a[1] * b[0];
-  const double scale = whittle_to_unit(n[0], n[1], n[2]);
-  return vec_unit(vec((float)(n[0] * scale), (float)(n[1] * scale), (float)(n[2] * scale)));
-}
-
-/* Hit point by barycentrics, and how far along the normal its rounding can reach: Pharr, Jakob,
- * Humphreys, Physically Based Rendering, section 3.9. */
-static inline void surface_place(surface *s, const triangle_record *r, float u, float v,
-                                 vector normal) {
-  const float gamma7 = 7.0f * 0x1p-24f / (1.0f - 7.0f * 0x1p-24f);
-  const float w = (1.0f - u) - v;
-  float bound[3];
-  for (int i = 0; i < 3; i++) {
-    const float a = w * r->v0[i], b = u * r->v1[i], c = v * r->v2[i];
-    s->point[i] = (a + b) + c;
-    bound[i] = gamma7 * ((s_abs(a) + s_abs(b)) + s_abs(c));
-  }
-  s->error = (s_abs(normal.x) * bound[0] + s_abs(normal.y) * bound[1]) + s_abs(normal.z) * bound[2];
-}
-
-/* The interpolated normal of a smooth mesh in scene space, outwards, or the geometric one. */
-static inline vector smooth_normal(const whittle_scene *scene, const triangle_record *r, float u,
-                                   float v, vector flat) {
+static inline void gather_normals(const whittle_scene *scene, const triangle_record *r,
+                                  uint32_t lane, corner_block *block) {
   const instance *placed = &scene->instances[r->instance];
   const mesh *m = &scene->meshes[placed->mesh];
   if (m->normals == NULL)
-    return flat;
+    return;
+  block->smooth |= 1u << lane;
   const uint32_t *corner = &m->triangles[3 * (size_t)r->triangle];
-  vector n[3];
-  for (int i = 0; i < 3; i++) {
-    const size_t at = m->normals_by_corner ? 3 * (size_t)r->triangle + (size_t)i : corner[i];
-    n[i] = vec_from(&m->normals[3 * at]);
+  for (uint32_t i = 0; i < 3; i++) {
+    const size_t at = m->normals_by_corner ? 3 * (size_t)r->triangle + i : corner[i];
+    for (uint32_t k = 0; k < 3; k++)
+      block->normal[3 * i + k][lane] = m->normals[3 * at + k];
   }
-  const float w = (1.0f - u) - v;
-  const vector local = vec_add(vec_add(vec_scale(n[0], w), vec_scale(n[1], u)), vec_scale(n[2], v));
-  const float *row = placed->normal_matrix;
-  const vector turned = vec(vec_dot(vec_from(row), local), vec_dot(vec_from(row + 3), local),
-                            vec_dot(vec_from(row + 6), local));
-  const float length = vec_dot(turned, turned);
-  return length > 0.0f && length < __builtin_inff() ? vec_unit(turned) : flat;
+  for (uint32_t k = 0; k < 9; k++)
+    block->turn[k][lane] = placed->normal_matrix[k];
 }
 
-/* Fills place, view and normals of a hit; true if the ray came from outside. */
-static inline bool surface_load(const whittle_scene *scene, const ray_stream *rays, uint32_t i,
-                                bool smooth, surface *s) {
-  const triangle_record *r = &scene->triangles[rays->record[i]];
-  const vector view = vec_unit(vec(-rays->direction[0][i], -rays->direction[1][i],
-                                   -rays->direction[2][i]));
-  const vector outward = vec_scale(geometric_normal(r), scene->instances[r->instance].side);
-  const bool outside = vec_dot(outward, view) >= 0.0f;
-  const vector geometric = outside ? outward : vec_scale(outward, -1.0f);
-  vector normal = geometric;
-  if (smooth) {
-    normal = smooth_normal(scene, r, rays->u[i], rays->v[i], outward);
-    normal = outside ? normal : vec_scale(normal, -1.0f);
-    /* Past its silhouette a smooth normal looks away from the eye. */
-    if (!(vec_dot(normal, view) > 0.0f))
-      normal = geometric;
+static inline void gather_corners(const whittle_scene *scene, const ray_stream *rays,
+                                  const uint32_t *hits, uint32_t lanes, bool smooth,
+                                  corner_block *block) {
+  block->smooth = 0;
+  for (uint32_t lane = 0; lane < V_LANES; lane++) {
+    const uint32_t i = hits[lane < lanes ? lane : 0];
+    const triangle_record *r = &scene->triangles[rays->record[i]];
+    for (uint32_t k = 0; k < 3; k++) {
+      block->vertex[k][lane] = r->v0[k];
+      block->vertex[3 + k][lane] = r->v1[k];
+      block->vertex[6 + k][lane] = r->v2[k];
+    }
+    block->side[lane] = scene->instances[r->instance].side;
+    block->u[lane] = rays->u[i], block->v[lane] = rays->v[i];
+    if (smooth)
+      gather_normals(scene, r, lane, block);
   }
-  surface_place(s, r, rays->u[i], rays->v[i], geometric);
-  vec_to(geometric, s->geometric);
-  vec_to(normal, s->normal);
-  vec_to(view, s->view);
-  s->record = rays->record[i];
+}
+
+/* Unit geometric normals by cross product in double: a needle's would be lost in float. */
+static inline v_vector geometric_normals(const corner_block *b) {
+  float n[3][V_LANES] __attribute__((aligned(64)));
+  for (uint32_t lane = 0; lane < V_LANES; lane++) {
+    const double ax = (double)b->vertex[3][lane] - (double)b->vertex[0][lane];
+    const double ay = (double)b->vertex[4][lane] - (double)b->vertex[1][lane];
+    const double az = (double)b->vertex[5][lane] - (double)b->vertex[2][lane];
+    const double bx = (double)b->vertex[6][lane] - (double)b->vertex[0][lane];
+    const double by = (double)b->vertex[7][lane] - (double)b->vertex[1][lane];
+    const double bz = (double)b->vertex[8][lane] - (double)b->vertex[2][lane];
+    const double x = ay * bz - az * by, y = az * bx - ax * bz, z = ax * by - ay * bx;
+    const double scale = (double)b->side[lane] / __builtin_sqrt((x * x + y * y) + z * z);
+    n[0][lane] = (float)(x * scale);
+    n[1][lane] = (float)(y * scale);
+    n[2][lane] = (float)(z * scale);
+  }
+  return vec_rows(n);
+}
+
+/* Weights of the three vertices. */
+static inline v_vector barycentrics(const corner_block *b) {
+  const v_float u = v_load(b->u), v = v_load(b->v);
+  return vec((v_set(1.0f) - u) - v, u, v);
+}
+
+/* Interpolated normals in scene space, outwards; the geometric ones where a mesh is flat. */
+static inline v_vector smooth_normals(corner_block *b, v_vector flat) {
+  if (b->smooth == 0)
+    return flat;
+  const v_vector w = barycentrics(b);
+  const v_vector n0 = vec_scale(vec_rows(b->normal), w.x);
+  const v_vector n1 = vec_scale(vec_rows(b->normal + 3), w.y);
+  const v_vector local = vec_add(vec_add(n0, n1), vec_scale(vec_rows(b->normal + 6), w.z));
+  const v_vector turned = vec(vec_dot(vec_rows(b->turn), local), vec_dot(vec_rows(b->turn + 3), local),
+                              vec_dot(vec_rows(b->turn + 6), local));
+  return vec_select(v_from_bits(b->smooth), vec_unit(turned, flat), flat);
+}
+
+/* Hit points by barycentrics, and how far along the normal their rounding can reach: Pharr, Jakob,
+ * Humphreys, Physically Based Rendering, section 3.9. */
+static inline void place_surfaces(surface_batch *s, uint32_t at, corner_block *b, v_vector normal) {
+  const v_float gamma7 = v_set(7.0f * 0x1p-24f / (1.0f - 7.0f * 0x1p-24f));
+  const v_vector w = barycentrics(b);
+  const v_vector p0 = vec_scale(vec_rows(b->vertex), w.x);
+  const v_vector p1 = vec_scale(vec_rows(b->vertex + 3), w.y);
+  const v_vector p2 = vec_scale(vec_rows(b->vertex + 6), w.z);
+  const v_vector reach = vec_add(vec_add(vec_abs(p0), vec_abs(p1)), vec_abs(p2));
+  vec_store(s->point, at, vec_add(vec_add(p0, p1), p2));
+  v_store(s->error + at, vec_dot(vec_abs(normal), vec_scale(reach, gamma7)));
+}
+
+/* Fills place, view and normals of up to V_LANES hits; gives the lanes that came from outside. */
+static inline v_mask load_surfaces(const whittle_scene *scene, const ray_stream *rays,
+                                   const uint32_t *hits, uint32_t lanes, bool smooth,
+                                   surface_batch *s, uint32_t at) {
+  corner_block block;
+  gather_corners(scene, rays, hits, lanes, smooth, &block);
+  float d[3][V_LANES] __attribute__((aligned(64)));
+  for (uint32_t lane = 0; lane < V_LANES; lane++)
+    for (uint32_t k = 0; k < 3; k++)
+      d[k][lane] = rays->direction[k][hits[lane < lanes ? lane : 0]];
+  const v_float nothing = v_set(0.0f);
+  const v_vector up = vec(nothing, nothing, v_set(1.0f));
+  const v_vector view = vec_unit(vec_scale(vec_rows(d), v_set(-1.0f)), up);
+  const v_vector outward = geometric_normals(&block);
+  const v_mask outside = v_le(nothing, vec_dot(outward, view));
+  const v_float flip = v_select(outside, v_set(1.0f), v_set(-1.0f));
+  const v_vector geometric = vec_scale(outward, flip);
+  v_vector normal = geometric;
+  if (smooth) {
+    normal = vec_scale(smooth_normals(&block, outward), flip);
+    /* Past its silhouette a smooth normal looks away from the eye. */
+    normal = vec_select(v_lt(nothing, vec_dot(normal, view)), normal, geometric);
+  }
+  place_surfaces(s, at, &block, geometric);
+  vec_store(s->geometric, at, geometric);
+  vec_store(s->normal, at, normal);
+  vec_store(s->view, at, view);
   return outside;
 }
 
-/* The next float after x in the direction of `towards`. */
-static inline float step_float(float x, float towards) {
-  if (towards == 0.0f)
-    return x;
-  if (x == 0.0f)
-    return towards > 0.0f ? 0x1p-149f : -0x1p-149f;
-  uint32_t bits;
-  memcpy(&bits, &x, 4);
-  bits += (x > 0.0f) == (towards > 0.0f) ? 1u : UINT32_MAX;
-  memcpy(&x, &bits, 4);
-  return x;
+/* The next float after x in the direction of `towards`, which is small beside x or 0. */
+static inline v_float step_floats(v_float x, v_float towards) {
+  const v_float up = v_next(x, 1), down = v_next(x, -1);
+  const v_float moved = v_select(v_lt(v_set(0.0f), towards), up, down);
+  return v_select(v_eq(towards, v_set(0.0f)), x, moved);
 }
 
-/* Where a ray leaves a surface on the side of `side` (1: where the view is; -1: the other). */
-static inline void surface_origin(const surface *s, float side, float origin[3]) {
-  for (int i = 0; i < 3; i++) {
-    const float move = s->error * s->geometric[i] * side;
-    origin[i] = step_float(s->point[i] + move, move);
-  }
+/* Where rays leave their surfaces on the side of `side` (1: where the view is; -1: the other). */
+static inline v_vector surface_origins(const surface_batch *s, uint32_t at, float side) {
+  const v_vector point = vec_load(s->point, at);
+  const v_float along = v_load(s->error + at) * v_set(side);
+  const v_vector move = vec_scale(vec_load(s->geometric, at), along);
+  const v_vector to = vec_add(point, move);
+  return vec(step_floats(to.x, move.x), step_floats(to.y, move.y), step_floats(to.z, move.z));
 }

@@ -26,16 +26,24 @@ typedef struct light_record {
   bool shadow;
 } light_record;
 
-/* What was hit, as shading needs it. Normals point to the side that the ray came from. */
-typedef struct surface {
-  float point[3];
-  float error; /* distance along the geometric normal that clears the rounding of `point` */
-  float geometric[3], normal[3], view[3];
-  float weight[3];
-  float diffuse[3]; /* already divided by pi */
-  float highlight[3], alpha; /* GGX lobe; alpha 0: none */
-  uint32_t record, slot;
-} surface;
+/* What was hit, as shading needs it: structures of arrays, padded like rays. Normals point to the
+ * side that the ray came from. */
+typedef struct surface_batch {
+  float *point[3];
+  float *error; /* distance along the geometric normal that clears the rounding of `point` */
+  float *geometric[3], *normal[3], *view[3];
+  float *weight[3];
+  float *diffuse[3];            /* already divided by pi */
+  float *highlight[3], *alpha;  /* GGX lobe; alpha 0: none */
+  uint32_t *record, *slot, *ray; /* ray: its index in the batch */
+  uint32_t count, capacity;
+  void *memory;
+} surface_batch;
+
+/* Makes room for `count` surfaces and forgets those it holds; false if there is no memory. */
+bool surface_batch_reserve(surface_batch *batch, uint32_t count);
+void surface_batch_release(surface_batch *batch);
+size_t surface_batch_bytes(const surface_batch *batch);
 
 typedef struct tile_context {
   const whittle_scene *scene;
@@ -59,9 +67,10 @@ typedef struct tile_context {
 typedef struct tile_worker {
   ray_batch primary, shadow;
   ray_batch secondary[2][2]; /* generation even or odd; reflection or refraction */
-  surface *surfaces;
-  uint32_t surface_capacity, surface_count;
+  surface_batch surfaces;
   uint32_t pixel_x[WHITTLE_MAX_TILE_PIXELS], pixel_y[WHITTLE_MAX_TILE_PIXELS]; /* by slot */
+  float sample_x[WHITTLE_MAX_TILE_PIXELS + WHITTLE_LANE_PAD];
+  float sample_y[WHITTLE_MAX_TILE_PIXELS + WHITTLE_LANE_PAD];
   uint32_t slots;
   float sample[4][WHITTLE_MAX_TILE_PIXELS]; /* light and alpha of this sample, by slot */
   float sum[4][WHITTLE_MAX_TILE_PIXELS];

@@ -5,41 +5,45 @@
 /* No recursion: each generation is a stream of reflected and one of refracted rays. What a pixel
  * adds up, and in which order, depends on its own rays alone, never on tiles or packets. */
 
-typedef bool shade_function(const tile_context *, tile_worker *, surface *, bool, ray_batch *,
-                            ray_batch *);
+typedef bool shade_function(const tile_context *, tile_worker *, uint32_t, uint32_t, v_mask,
+                            ray_batch *, ray_batch *);
 
-#define SHADE_NEEDS                                                                                \
-  (WHITTLE_NEED_MIRROR | WHITTLE_NEED_GLASS | WHITTLE_NEED_SMOOTH | WHITTLE_NEED_HIGHLIGHT)
-
-/* The specialised variants: mirror 1, glass 2, smooth 4, highlight 8. */
+/* The specialised variants: mirror 1, glass 2, highlight 4. */
 #define VARIANT(n)                                                                                 \
-  static bool shade_##n(const tile_context *context, tile_worker *w, surface *s, bool outside,     \
-                        ray_batch *reflection, ray_batch *refraction) {                            \
-    return shade_hit(context, w, s, outside, reflection, refraction,                               \
-                     ((n) & 7) | ((n) & 8 ? WHITTLE_NEED_HIGHLIGHT : 0));                          \
+  static bool shade_##n(const tile_context *context, tile_worker *w, uint32_t at, uint32_t count,  \
+                        v_mask outside, ray_batch *reflection, ray_batch *refraction) {            \
+    return shade_group(context, w, at, count, outside, reflection, refraction,                     \
+                       ((n) & 3) | ((n) & 4 ? WHITTLE_NEED_HIGHLIGHT : 0));                        \
   }
 VARIANT(0) VARIANT(1) VARIANT(2) VARIANT(3) VARIANT(4) VARIANT(5) VARIANT(6) VARIANT(7)
-VARIANT(8) VARIANT(9) VARIANT(10) VARIANT(11) VARIANT(12) VARIANT(13) VARIANT(14) VARIANT(15)
-static shade_function *const shade_variants[16] = {
-    shade_0, shade_1, shade_2,  shade_3,  shade_4,  shade_5,  shade_6,  shade_7,
-    shade_8, shade_9, shade_10, shade_11, shade_12, shade_13, shade_14, shade_15};
+static shade_function *const shade_variants[8] = {shade_0, shade_1, shade_2, shade_3,
+                                                  shade_4, shade_5, shade_6, shade_7};
 
 static inline uint32_t variant_of(uint32_t needs) {
-  return (needs & 7) | (needs & WHITTLE_NEED_HIGHLIGHT ? 8 : 0);
+  return (needs & (WHITTLE_NEED_MIRROR | WHITTLE_NEED_GLASS)) |
+         (needs & WHITTLE_NEED_HIGHLIGHT ? 4 : 0);
 }
 
-/* Where in a pixel sample `s` lies: the middle of its cell, or a hashed point of it. */
-static inline void sample_point(const tile_context *context, uint32_t x, uint32_t y, uint32_t s,
-                                float *px, float *py) {
-  const uint32_t grid = context->grid;
-  float dx = 0.5f, dy = 0.5f;
-  if (context->settings.pattern == WHITTLE_STRATIFIED) {
-    const uint32_t hash = whittle_hash(x, y, s, context->settings.seed);
-    dx = (float)(hash >> 16) * 0x1p-16f + 0x1p-17f;
-    dy = (float)(hash & 0xffff) * 0x1p-16f + 0x1p-17f;
+/* Where sample `s` of each pixel lies: in the middle of its cell, or at a hashed point of it. */
+static void sample_points(const tile_context *context, tile_worker *w, uint32_t s) {
+  const float grid = (float)context->grid;
+  const float column = (float)(s % context->grid), row = (float)(s / context->grid);
+  if (context->settings.pattern == WHITTLE_REGULAR) {
+    const float dx = (column + 0.5f) / grid, dy = (row + 0.5f) / grid;
+    for (uint32_t i = 0; i < w->slots; i++) {
+      w->sample_x[i] = (float)w->pixel_x[i] + dx;
+      w->sample_y[i] = (float)w->pixel_y[i] + dy;
+    }
+    return;
   }
-  *px = (float)x + ((float)(s % grid) + dx) / (float)grid;
-  *py = (float)y + ((float)(s / grid) + dy) / (float)grid;
+  for (uint32_t i = 0; i < w->slots; i++) {
+    const uint32_t x = w->pixel_x[i], y = w->pixel_y[i];
+    const uint32_t hash = whittle_hash(x, y, s, context->settings.seed);
+    const float dx = (float)(hash >> 16) * 0x1p-16f + 0x1p-17f;
+    const float dy = (float)(hash & 0xffff) * 0x1p-16f + 0x1p-17f;
+    w->sample_x[i] = (float)x + (column + dx) / grid;
+    w->sample_y[i] = (float)y + (row + dy) / grid;
+  }
 }
 
 /* The pixels of a tile in Z order, so that consecutive rays form squares at every size. */
@@ -61,21 +65,29 @@ static void tile_pixels(const tile_context *context, tile_worker *w, uint32_t ti
   }
 }
 
+/* base + x dx + y dy on one axis, for every slot. */
+static void affine(float *out, const tile_worker *w, float base, float dx, float dy) {
+  for (uint32_t i = 0; i < w->slots; i += V_LANES) {
+    const v_float x = v_load(w->sample_x + i), y = v_load(w->sample_y + i);
+    v_store(out + i, (v_set(base) + x * v_set(dx)) + y * v_set(dy));
+  }
+}
+
 static bool primary_rays(const tile_context *context, tile_worker *w, uint32_t sample) {
   const camera_rays *camera = &context->camera;
   ray_batch *batch = &w->primary;
   if (!ray_batch_reserve(batch, w->slots))
     return false;
+  sample_points(context, w, sample);
+  for (int axis = 0; axis < 3; axis++) {
+    affine(batch->rays.origin[axis], w, camera->origin[axis], camera->origin_x[axis],
+           camera->origin_y[axis]);
+    affine(batch->rays.direction[axis], w, camera->direction[axis], camera->direction_x[axis],
+           camera->direction_y[axis]);
+  }
   for (uint32_t i = 0; i < w->slots; i++) {
-    float x, y;
-    sample_point(context, w->pixel_x[i], w->pixel_y[i], sample, &x, &y);
-    for (int axis = 0; axis < 3; axis++) {
-      batch->rays.origin[axis][i] =
-          (camera->origin[axis] + x * camera->origin_x[axis]) + y * camera->origin_y[axis];
-      batch->rays.direction[axis][i] =
-          (camera->direction[axis] + x * camera->direction_x[axis]) + y * camera->direction_y[axis];
+    for (int axis = 0; axis < 3; axis++)
       batch->weight[axis][i] = 1.0f;
-    }
     batch->rays.t_min[i] = camera->t_min;
     batch->rays.t[i] = camera->t_max;
     batch->rays.skip[i] = WHITTLE_NONE;
@@ -120,68 +132,82 @@ static inline float *pixel_of(const tile_context *context, whittle_pass pass, ui
   return context->image->pass[pass] + at * channels;
 }
 
-/* Writes what the passes show of a primary hit, or of nothing (s NULL). */
-static void write_geometry(const tile_context *context, const tile_worker *w, uint32_t slot,
-                           const surface *s, float t) {
+/* Writes what the passes show of primary hit `i` of the surfaces. */
+static void write_hit(const tile_context *context, const tile_worker *w, uint32_t i, float t) {
   const whittle_scene *scene = context->scene;
+  const surface_batch *s = &w->surfaces;
   float *const *pass = context->image->pass;
-  const uint32_t x = w->pixel_x[slot], y = w->pixel_y[slot];
+  const uint32_t x = w->pixel_x[s->slot[i]], y = w->pixel_y[s->slot[i]];
   if (pass[WHITTLE_PASS_DEPTH])
-    *pixel_of(context, WHITTLE_PASS_DEPTH, x, y, 1) =
-        s ? (float)((double)t * context->depth_scale) : 1e10f;
+    *pixel_of(context, WHITTLE_PASS_DEPTH, x, y, 1) = (float)((double)t * context->depth_scale);
   if (pass[WHITTLE_PASS_OBJECT_INDEX])
     *pixel_of(context, WHITTLE_PASS_OBJECT_INDEX, x, y, 1) =
-        s ? (float)scene->instances[scene->triangles[s->record].instance].object_id : 0.0f;
-  for (int i = 0; i < 3; i++) {
+        (float)scene->instances[scene->triangles[s->record[i]].instance].object_id;
+  for (int k = 0; k < 3; k++) {
     if (pass[WHITTLE_PASS_POSITION])
-      pixel_of(context, WHITTLE_PASS_POSITION, x, y, 3)[i] =
-          s ? (float)((double)s->point[i] * context->depth_scale + scene->frame.center[i]) : 0.0f;
+      pixel_of(context, WHITTLE_PASS_POSITION, x, y, 3)[k] =
+          (float)((double)s->point[k][i] * context->depth_scale + scene->frame.center[k]);
     if (pass[WHITTLE_PASS_NORMAL])
-      pixel_of(context, WHITTLE_PASS_NORMAL, x, y, 3)[i] = s ? s->normal[i] : 0.0f;
+      pixel_of(context, WHITTLE_PASS_NORMAL, x, y, 3)[k] = s->normal[k][i];
   }
 }
 
-static bool surfaces_reserve(tile_worker *w, uint32_t count) {
-  w->surface_count = 0;
-  if (count <= w->surface_capacity)
-    return true;
-  surface *surfaces = whittle_allocate(count, sizeof *surfaces);
-  if (surfaces == NULL)
-    return false;
-  whittle_release(w->surfaces);
-  w->surfaces = surfaces;
-  w->surface_capacity = count;
-  return true;
+/* What the passes show where nothing is hit. */
+static void write_miss(const tile_context *context, const tile_worker *w, uint32_t slot) {
+  static const float nothing[WHITTLE_PASS_NODES] = {[WHITTLE_PASS_DEPTH] = 1e10f};
+  for (whittle_pass pass = WHITTLE_PASS_DEPTH; pass < WHITTLE_PASS_NODES; pass++)
+    for (uint32_t k = 0; context->image->pass[pass] && k < whittle_pass_channels(pass); k++)
+      pixel_of(context, pass, w->pixel_x[slot], w->pixel_y[slot], whittle_pass_channels(pass))[k] =
+          nothing[pass];
 }
 
-/* Shades the hits of a batch; primary rays (`geometry`) also write the geometry passes. */
-static bool shade_batch(const tile_context *context, tile_worker *w, ray_batch *batch,
-                        ray_batch *reflection, ray_batch *refraction, bool primary, bool geometry) {
-  const whittle_scene *scene = context->scene;
-  const bool smooth = context->needs & WHITTLE_NEED_SMOOTH;
-  shade_function *shade = shade_variants[variant_of(context->needs)];
-  if (!surfaces_reserve(w, batch->rays.count))
-    return false;
+static void shade_miss(const tile_context *context, tile_worker *w, const ray_batch *batch,
+                       uint32_t i, bool primary, bool geometry) {
+  const uint32_t slot = batch->slot[i];
+  const bool seen = !(primary && context->settings.transparent);
+  for (int channel = 0; channel < 3 && seen; channel++)
+    w->sample[channel][slot] += context->scene->world.color[channel] * batch->weight[channel][i];
+  if (!seen)
+    w->sample[3][slot] = 0.0f;
+  if (geometry)
+    write_miss(context, w, slot);
+}
+
+/* Shades misses, and lists the hits of a batch as surfaces. */
+static void sort_hits(const tile_context *context, tile_worker *w, const ray_batch *batch,
+                      bool primary, bool geometry) {
+  surface_batch *s = &w->surfaces;
   for (uint32_t i = 0; i < batch->rays.count; i++) {
-    const uint32_t slot = batch->slot[i];
     if (batch->rays.record[i] == WHITTLE_NONE) {
-      const vector weight = vec(batch->weight[0][i], batch->weight[1][i], batch->weight[2][i]);
-      if (!(primary && context->settings.transparent))
-        add_light(w, slot, vec_mul(vec_from(scene->world.color), weight));
-      else
-        w->sample[3][slot] = 0.0f;
-      if (geometry)
-        write_geometry(context, w, slot, NULL, 0.0f);
+      shade_miss(context, w, batch, i, primary, geometry);
       continue;
     }
-    surface *s = &w->surfaces[w->surface_count++];
-    s->slot = slot;
-    for (int axis = 0; axis < 3; axis++)
-      s->weight[axis] = batch->weight[axis][i];
-    const bool outside = surface_load(scene, &batch->rays, i, smooth, s);
-    if (geometry)
-      write_geometry(context, w, slot, s, batch->rays.t[i]);
-    if (!shade(context, w, s, outside, reflection, refraction))
+    const uint32_t n = s->count++;
+    s->ray[n] = i;
+    s->slot[n] = batch->slot[i];
+    s->record[n] = batch->rays.record[i];
+    for (int channel = 0; channel < 3; channel++)
+      s->weight[channel][n] = batch->weight[channel][i];
+  }
+}
+
+/* Shades a batch; for the sample in the middle of primary rays (`geometry`) also writes the
+ * geometry passes. */
+static bool shade_batch(const tile_context *context, tile_worker *w, ray_batch *batch,
+                        ray_batch *reflection, ray_batch *refraction, bool primary, bool geometry) {
+  const bool smooth = context->needs & WHITTLE_NEED_SMOOTH;
+  shade_function *shade = shade_variants[variant_of(context->needs)];
+  surface_batch *s = &w->surfaces;
+  if (!surface_batch_reserve(s, batch->rays.count))
+    return false;
+  sort_hits(context, w, batch, primary, geometry);
+  for (uint32_t at = 0; at < s->count; at += V_LANES) {
+    const uint32_t count = s->count - at < V_LANES ? s->count - at : V_LANES;
+    const v_mask outside =
+        load_surfaces(context->scene, &batch->rays, s->ray + at, count, smooth, s, at);
+    for (uint32_t i = at; geometry && i < at + count; i++)
+      write_hit(context, w, i, batch->rays.t[s->ray[i]]);
+    if (!shade(context, w, at, count, outside, reflection, refraction))
       return false;
   }
   return true;
@@ -189,41 +215,31 @@ static bool shade_batch(const tile_context *context, tile_worker *w, ray_batch *
 
 /* Asks every surface of the last shaded batch about one light. */
 static bool light_batch(const tile_context *context, tile_worker *w, const light_record *l) {
+  const surface_batch *s = &w->surfaces;
   ray_batch *batch = &w->shadow;
-  if (!ray_batch_reserve(batch, w->surface_count))
-    return false;
-  uint32_t n = 0;
-  for (uint32_t k = 0; k < w->surface_count; k++) {
-    const surface *s = &w->surfaces[k];
-    vector light, to_light;
-    float origin[3], d[3], share[3];
-    if (!light_arrives(s, l, &light, &to_light, origin)) {
-      w->stats.shadow_rays_left_out++;
-      continue;
-    }
-    if (!l->shadow) {
-      add_light(w, s->slot, light);
-      continue;
-    }
-    vec_to(to_light, d);
-    vec_to(light, share);
-    for (int axis = 0; axis < 3; axis++) {
-      batch->rays.origin[axis][n] = origin[axis];
-      batch->rays.direction[axis][n] = d[axis];
-      batch->weight[axis][n] = share[axis];
-    }
-    batch->rays.t_min[n] = 0.0f;
-    /* What touches the light itself, to rounding, does not shadow it. */
-    batch->rays.t[n] = l->kind == WHITTLE_POINT ? 1.0f - 0x1p-20f : __builtin_inff();
-    batch->rays.skip[n] = s->record;
-    batch->slot[n++] = s->slot;
+  batch->rays.count = 0;
+  /* What touches the light itself, to rounding, does not shadow it. */
+  const float t_max = l->kind == WHITTLE_POINT ? 1.0f - 0x1p-20f : __builtin_inff();
+  for (uint32_t at = 0; at < s->count; at += V_LANES) {
+    const uint32_t count = s->count - at < V_LANES ? s->count - at : V_LANES;
+    const v_vector origin = surface_origins(s, at, 1.0f);
+    v_vector light, to_light;
+    const uint32_t arrives = light_arrives(context, s, at, l, origin, &light, &to_light) &
+                             (uint32_t)((1ull << count) - 1);
+    w->stats.shadow_rays_left_out += count - (uint32_t)__builtin_popcount(arrives);
+    if (!l->shadow)
+      add_light(w, s->slot + at, arrives, light);
+    else if (!append_rays(batch, arrives, s->slot + at, s->record + at, origin, to_light, light,
+                          t_max))
+      return false;
   }
-  batch->rays.count = n;
+  if (batch->rays.count == 0)
+    return true;
   trace_batch(context, w, batch, WHITTLE_RAY_SHADOW);
-  for (uint32_t i = 0; i < n; i++)
+  for (uint32_t i = 0; i < batch->rays.count; i++)
     if (batch->rays.record[i] == WHITTLE_NONE)
-      add_light(w, batch->slot[i],
-                vec(batch->weight[0][i], batch->weight[1][i], batch->weight[2][i]));
+      for (int channel = 0; channel < 3; channel++)
+        w->sample[channel][batch->slot[i]] += batch->weight[channel][i];
   return true;
 }
 

@@ -154,7 +154,7 @@ static void work(void *context, uint32_t worker, whittle_run_state *state) {
 
 static size_t worker_bytes(const tile_worker *w) {
   size_t bytes = sizeof *w + ray_batch_bytes(&w->primary) + ray_batch_bytes(&w->shadow) +
-                 w->surface_capacity * sizeof *w->surfaces;
+                 surface_batch_bytes(&w->surfaces);
   for (int i = 0; i < 4; i++)
     bytes += ray_batch_bytes(&w->secondary[i / 2][i % 2]);
   return bytes;
@@ -165,7 +165,7 @@ static void release_worker(tile_worker *w) {
   ray_batch_release(&w->shadow);
   for (int i = 0; i < 4; i++)
     ray_batch_release(&w->secondary[i / 2][i % 2]);
-  whittle_release(w->surfaces);
+  surface_batch_release(&w->surfaces);
 }
 
 /* Adds what one worker counted to the whole. */
