@@ -194,7 +194,8 @@ static bool add_image(module_state *state, const whittle_camera *camera, whittle
                               camera->region[2] - camera->region[0],
                               whittle_pass_channels(pass)};
   if ((double)shape[0] * (double)shape[1] * 16 > (double)(PY_SSIZE_T_MAX / 2))
-    return PyErr_NoMemory();
+    return PyErr_Format(PyExc_MemoryError, "no memory holds an image of %zd x %zd pixels", shape[1],
+                        shape[0]);
   void *data = NULL;
   PyObject *array = array_new_of(state, 3, shape, "f4", &images->views[pass], &data);
   images->image.pass[pass] = data;
