@@ -40,6 +40,22 @@ static inline int whittle_dominant_axis(const float d[3]) {
   return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
 }
 
+/* A triangle's normal, scaled to about unit size by a power of two. Edges are exact in double, so
+ * needles keep their normals, and the smallest triangles do not underflow. */
+static inline void whittle_triangle_normal(const triangle_record *triangle, float normal[3]) {
+  double e1[3], e2[3], n[3];
+  for (int i = 0; i < 3; i++) {
+    e1[i] = (double)triangle->v1[i] - triangle->v0[i];
+    e2[i] = (double)triangle->v2[i] - triangle->v0[i];
+  }
+  n[0] = e1[1] * e2[2] - e1[2] * e2[1];
+  n[1] = e1[2] * e2[0] - e1[0] * e2[2];
+  n[2] = e1[0] * e2[1] - e1[1] * e2[0];
+  const double scale = whittle_to_unit(n[0], n[1], n[2]);
+  for (int i = 0; i < 3; i++)
+    normal[i] = (float)(n[i] * scale);
+}
+
 #define FAMILY(name) s_##name
 #define FAMILY_LANES S_LANES
 #include "kernel/triangle.inl"

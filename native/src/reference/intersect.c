@@ -24,25 +24,33 @@ typedef struct oracle {
   atomic_size_t next;
 } oracle;
 
-/* Volumes of the tetrahedra that the ray's direction spans with each edge seen from its origin:
- * the weights of v0, v1 and v2, times their sum. Swapping an edge's ends negates its volume exactly,
- * so that triangles which share an edge agree on its side. */
+/* d . (p x q) for the ends p, q of an edge seen from the ray's origin, as d . ((p - q) x (p + q)):
+ * the edge itself is a difference of floats, which double holds, so small far triangles keep their
+ * shape; and swapping p and q negates the volume exactly, so that triangles which share an edge
+ * agree on its side. Twice the volume, which is a factor that cancels. */
+static inline __attribute__((always_inline)) double edge_volume(const double d[3], const float p[3],
+                                                                const float q[3],
+                                                                const double origin[3]) {
+  double e[3], s[3];
+  for (int axis = 0; axis < 3; axis++) {
+    e[axis] = (double)p[axis] - (double)q[axis];
+    s[axis] = ((double)p[axis] - origin[axis]) + ((double)q[axis] - origin[axis]);
+  }
+  return (d[0] * (e[1] * s[2] - e[2] * s[1]) + d[1] * (e[2] * s[0] - e[0] * s[2])) +
+         d[2] * (e[0] * s[1] - e[1] * s[0]);
+}
+
+/* The weights of v0, v1 and v2 where the ray's line meets the triangle, times their sum. */
 static inline __attribute__((always_inline)) void
 volumes(const oracle_chunk *chunk, const triangle_record *triangle, uint32_t i, double weight[3]) {
-  double a[3], b[3], c[3], d[3];
+  double origin[3], d[3];
   for (int axis = 0; axis < 3; axis++) {
-    a[axis] = triangle->v0[axis] - chunk->origin[axis][i];
-    b[axis] = triangle->v1[axis] - chunk->origin[axis][i];
-    c[axis] = triangle->v2[axis] - chunk->origin[axis][i];
+    origin[axis] = chunk->origin[axis][i];
     d[axis] = chunk->direction[axis][i];
   }
-#define VOLUME(p, q)                                                                               \
-  ((d[0] * (p[1] * q[2] - p[2] * q[1]) + d[1] * (p[2] * q[0] - p[0] * q[2])) +                     \
-   d[2] * (p[0] * q[1] - p[1] * q[0]))
-  weight[0] = VOLUME(c, b);
-  weight[1] = VOLUME(a, c);
-  weight[2] = VOLUME(b, a);
-#undef VOLUME
+  weight[0] = edge_volume(d, triangle->v2, triangle->v1, origin);
+  weight[1] = edge_volume(d, triangle->v0, triangle->v2, origin);
+  weight[2] = edge_volume(d, triangle->v1, triangle->v0, origin);
 }
 
 static inline __attribute__((always_inline)) int64_t
