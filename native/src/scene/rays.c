@@ -1,6 +1,7 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* Rebases rays in double precision, scales directions exactly and rounds the limits of t. */
+/* Rebases rays in double precision, scales directions exactly and rounds the
+ * limits of t. */
 
 #include "scene/rays.h"
 
@@ -16,10 +17,12 @@ static float bits_float(uint32_t bits) {
   return value;
 }
 
-whittle_status whittle_rays_check(const whittle_rays *rays, whittle_error *error) {
+whittle_status whittle_rays_check(const whittle_rays *rays,
+                                  whittle_error *error) {
   if (rays->visibility & ~(uint32_t)WHITTLE_ALL)
     return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "visibility",
-                        "visibility is 0x%x; it must be a sum of CAMERA, SHADOW, REFLECTION and "
+                        "visibility is 0x%x; it must be a sum of CAMERA, "
+                        "SHADOW, REFLECTION and "
                         "REFRACTION",
                         (unsigned)rays->visibility);
   if (rays->count == 0)
@@ -33,7 +36,8 @@ whittle_status whittle_rays_check(const whittle_rays *rays, whittle_error *error
   return WHITTLE_OK;
 }
 
-static double read_value(const whittle_array *array, size_t ray, int component) {
+static double read_value(const whittle_array *array, size_t ray,
+                         int component) {
   const char *at = (const char *)array->data + (ptrdiff_t)ray * array->stride +
                    component * array->component_stride;
   if (array->is_double) {
@@ -46,7 +50,8 @@ static double read_value(const whittle_array *array, size_t ray, int component) 
   return value;
 }
 
-/* The largest float that is not above `value`; of -0.0...01 that is the denormal below 0. */
+/* The largest float that is not above `value`; of -0.0...01 that is the
+ * denormal below 0. */
 static float round_down(double value) {
   const float nearest = (float)value;
   if (!((double)nearest > value))
@@ -57,9 +62,31 @@ static float round_down(double value) {
   return bits_float(nearest > 0.0f ? bits - 1 : bits + 1);
 }
 
-/* value * 2^-exponent rounded down to float. A double that underflows keeps its sign. */
+/* value * 2^exponent with one rounding, as ldexp, without its call where a
+ * factor will do. */
+static inline double scale_by(double value, int exponent) {
+  if (exponent < -1022 || exponent > 1023)
+    return ldexp(value, exponent);
+  const uint64_t bits = (uint64_t)(1023 + exponent) << 52;
+  double factor;
+  memcpy(&factor, &bits, sizeof factor);
+  return value * factor;
+}
+
+/* The exponent that frexp gives, for a finite value above 0. */
+static inline int exponent_above(double value) {
+  uint64_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  int above = (int)(bits >> 52) - 1022;
+  if (above == -1022)
+    frexp(value, &above);
+  return above;
+}
+
+/* value * 2^-exponent rounded down to float. A double that underflows keeps its
+ * sign. */
 static float scale_limit(double value, int exponent) {
-  const double scaled = ldexp(value, -exponent);
+  const double scaled = scale_by(value, -exponent);
   if (scaled == 0.0 && value < 0.0)
     return bits_float(0x80000001u);
   return round_down(scaled);
@@ -76,37 +103,135 @@ static void mark_missing(ray_chunk *chunk, uint32_t i) {
 }
 
 /* Any ray, however odd its numbers. */
-static void load_ray(const scene_frame *frame, const whittle_rays *rays, size_t ray,
-                     ray_chunk *chunk, uint32_t i) {
+static void load_ray(const scene_frame *frame, const whittle_rays *rays,
+                     size_t ray, ray_chunk *chunk, uint32_t i) {
   double direction[3], largest = 0.0;
   bool finite = true;
   for (int axis = 0; axis < 3; axis++) {
-    const double from = read_value(&rays->origins, ray, axis) - frame->center[axis];
-    chunk->origin[axis][i] = (float)ldexp(from, -frame->exponent);
+    const double from =
+        read_value(&rays->origins, ray, axis) - frame->center[axis];
+    chunk->origin[axis][i] = (float)scale_by(from, -frame->exponent);
     direction[axis] = read_value(&rays->directions, ray, axis);
-    finite = finite && isfinite(chunk->origin[axis][i]) && isfinite(direction[axis]);
+    finite =
+        finite && isfinite(chunk->origin[axis][i]) && isfinite(direction[axis]);
     largest = fabs(direction[axis]) > largest ? fabs(direction[axis]) : largest;
   }
-  const double t_min = rays->t_min.data ? read_value(&rays->t_min, ray, 0) : 0.0;
-  const double t_max = rays->t_max.data ? read_value(&rays->t_max, ray, 0) : INFINITY;
+  const double t_min =
+      rays->t_min.data ? read_value(&rays->t_min, ray, 0) : 0.0;
+  const double t_max =
+      rays->t_max.data ? read_value(&rays->t_max, ray, 0) : INFINITY;
   if (!finite || largest == 0.0 || isnan(t_min) || isnan(t_max)) {
     mark_missing(chunk, i);
     return;
   }
-  int above;
-  frexp(largest, &above);
+  const int above = exponent_above(largest);
   for (int axis = 0; axis < 3; axis++)
-    chunk->direction[axis][i] = (float)ldexp(direction[axis], 1 - above);
+    chunk->direction[axis][i] = (float)scale_by(direction[axis], 1 - above);
   chunk->t_exponent[i] = frame->exponent - (above - 1);
   chunk->t_min[i] = scale_limit(t_min, chunk->t_exponent[i]);
   chunk->t_max[i] = scale_limit(t_max, chunk->t_exponent[i]);
 }
 
-void whittle_rays_load(const scene_frame *frame, const whittle_rays *rays, size_t first,
-                       uint32_t count, ray_chunk *chunk) {
+/* ---- A chunk of ordinary rays at once
+ * ---------------------------------------------------------
+ *
+ * The same results as load_ray for floats in a range where every product below
+ * is exact, in plain loops that the compiler makes vectors of. What lies
+ * outside is marked odd and loaded again. */
+
+#define ORDINARY_LEAST 0x1p-60f
+#define ORDINARY_MOST 0x1p60f
+
+static bool is_ordinary(const scene_frame *frame, const whittle_rays *rays) {
+  const bool any_double = rays->origins.is_double ||
+                          rays->directions.is_double ||
+                          (rays->t_min.data && rays->t_min.is_double) ||
+                          (rays->t_max.data && rays->t_max.is_double);
+  return !any_double && frame->exponent >= -60 && frame->exponent <= 60;
+}
+
+static void gather(const whittle_array *array, size_t first, uint32_t count,
+                   int component, float *to) {
+  const char *at = (const char *)array->data +
+                   (ptrdiff_t)first * array->stride +
+                   component * array->component_stride;
+  if (array->stride == sizeof(float)) {
+    memcpy(to, at, count * sizeof(float));
+    return;
+  }
+  for (uint32_t i = 0; i < count; i++, at += array->stride)
+    memcpy(&to[i], at, sizeof(float));
+}
+
+static void load_origins(const scene_frame *frame, const whittle_rays *rays,
+                         size_t first, uint32_t count, ray_chunk *chunk,
+                         uint32_t *odd) {
+  const double factor = scale_by(1.0, -frame->exponent);
+  for (int axis = 0; axis < 3; axis++) {
+    float *origin = chunk->origin[axis];
+    const double center = frame->center[axis];
+    gather(&rays->origins, first, count, axis, origin);
+    for (uint32_t i = 0; i < count; i++) {
+      origin[i] = (float)(((double)origin[i] - center) * factor);
+      odd[i] |= !(fabsf(origin[i]) <= FLT_MAX);
+    }
+  }
+}
+
+static void load_directions(const scene_frame *frame, const whittle_rays *rays,
+                            size_t first, uint32_t count, ray_chunk *chunk,
+                            uint32_t *odd) {
+  for (int axis = 0; axis < 3; axis++)
+    gather(&rays->directions, first, count, axis, chunk->direction[axis]);
+  float *dx = chunk->direction[0], *dy = chunk->direction[1],
+        *dz = chunk->direction[2];
+  for (uint32_t i = 0; i < count; i++) {
+    const float x = fabsf(dx[i]), y = fabsf(dy[i]), z = fabsf(dz[i]);
+    const float xy = x > y ? x : y, largest = xy > z ? xy : z;
+    odd[i] |= !((x <= largest) & (y <= largest) & (z <= largest) &
+                (largest >= ORDINARY_LEAST) & (largest <= ORDINARY_MOST));
+    const uint32_t above = float_bits(largest) & 0x7f800000u;
+    const float factor = bits_float(0x7f000000u - above);
+    dx[i] *= factor, dy[i] *= factor, dz[i] *= factor;
+    chunk->t_exponent[i] = frame->exponent + 127 - (int32_t)(above >> 23);
+  }
+}
+
+/* One of the limits of t. A negative one is odd: rounding down matters to it.
+ */
+static void load_limits(const whittle_array *array, float missing, size_t first,
+                        uint32_t count, const ray_chunk *chunk, float *limits,
+                        uint32_t *odd) {
+  if (!array->data) {
+    for (uint32_t i = 0; i < count; i++)
+      limits[i] = missing;
+    return;
+  }
+  gather(array, first, count, 0, limits);
+  for (uint32_t i = 0; i < count; i++) {
+    const float given = limits[i];
+    const float factor =
+        bits_float((uint32_t)(127 - chunk->t_exponent[i]) << 23);
+    limits[i] = given * factor;
+    odd[i] |= !((given == 0.0f) | (given == INFINITY) |
+                ((limits[i] >= FLT_MIN) & (limits[i] <= FLT_MAX)));
+  }
+}
+
+void whittle_rays_load(const scene_frame *frame, const whittle_rays *rays,
+                       size_t first, uint32_t count, ray_chunk *chunk) {
+  uint32_t odd[RAY_CHUNK] = {0};
   chunk->count = count;
+  const bool ordinary = is_ordinary(frame, rays);
+  if (ordinary) {
+    load_origins(frame, rays, first, count, chunk, odd);
+    load_directions(frame, rays, first, count, chunk, odd);
+    load_limits(&rays->t_min, 0.0f, first, count, chunk, chunk->t_min, odd);
+    load_limits(&rays->t_max, INFINITY, first, count, chunk, chunk->t_max, odd);
+  }
   for (uint32_t i = 0; i < count; i++)
-    load_ray(frame, rays, first + i, chunk, i);
+    if (!ordinary || odd[i])
+      load_ray(frame, rays, first + i, chunk, i);
   for (uint32_t i = count; i & 15; i++)
     mark_missing(chunk, i);
 }
