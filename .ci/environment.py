@@ -98,6 +98,10 @@ def install_packages(folder: Path, blender: str, packages: list[str]) -> None:
     run([sys.executable, "-m", "venv", str(folder)], mend)
     mend = "the packages above could not be installed: is the package index within reach?"
     run(pip(folder, "install", *packages), mend)
+    mend = (
+        "Blender's module does not load: on Debian, apt-get install what .ci/environment.apt lists"
+    )
+    run([str(folder / "bin" / "python"), "-c", "import bpy"], mend)
     stamp.write_text(key)
 
 
