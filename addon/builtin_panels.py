@@ -47,6 +47,5 @@ def register() -> None:
 
 
 def unregister() -> None:
-    for panel in bpy.types.Panel.__subclasses__():
-        if ENGINE in getattr(panel, "COMPAT_ENGINES", ()):
-            panel.COMPAT_ENGINES.remove(ENGINE)
+    for panel in applying():
+        panel.COMPAT_ENGINES.discard(ENGINE)

@@ -52,6 +52,6 @@ def draw(legend: Legend, width: int) -> NDArray[np.float32]:
 def ticks(top: float) -> list[float]:
     """Round numbers from 0 up, four to nine of them; none so near the top as to touch its label."""
     magnitude = 10.0 ** floor(log10(top))
-    step = next(m * magnitude for m in (0.1, 0.2, 0.5, 1.0) if top / (m * magnitude) <= 8)
+    step = next(m * magnitude for m in (0.2, 0.5, 1.0, 2.0) if top / (m * magnitude) <= 8)
     values = [float(f"{index * step:.6g}") for index in range(int(top / step + 1e-9) + 1)]
     return [value for value in values if value == top or value < 0.88 * top]
