@@ -9,7 +9,7 @@ import naive
 import numpy as np
 from differences import rebase
 from numpy.typing import NDArray
-from stability import Case, Result, differing, embree_scene, scene_of
+from stability_tools import Case, Result, differing, embree_scene, scene_of
 from stability_triangles import ASIDE
 
 SLACK = 2.0**-18  #: by which t may be moved when clamped to the padded box of the triangle

@@ -13,7 +13,7 @@ import whittle_core
 from differences import against_oracle
 from meshes import Mesh
 from numpy.typing import NDArray
-from stability import Case, Result, scene_of
+from stability_tools import Case, Result, scene_of
 from stability_triangles import ASIDE
 
 MAX_LEAF = 8

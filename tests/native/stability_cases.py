@@ -6,7 +6,7 @@ import stability_boxes
 import stability_builds
 import stability_packets
 import stability_triangles
-from stability import Case, Result
+from stability_tools import Case, Result
 
 CASES: dict[str, Case] = {
     case.number: case

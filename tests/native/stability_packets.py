@@ -11,7 +11,7 @@ import numpy as np
 import whittle_core
 from aim import Rays
 from numpy.typing import NDArray
-from stability import Case, Result, differing, scene_of
+from stability_tools import Case, Result, differing, scene_of
 from stability_triangles import ASIDE
 
 PACKETS = (4, 16, 64, 256)
