@@ -207,7 +207,9 @@ def identical(count: int) -> Mesh:
 def concentric(count: int) -> Mesh:
     one = np.array([[[-1, -1, 0.1], [1, -1, 0.2], [0, 1, -0.3]]])
     pair = np.concatenate([one, -one])
-    return meshes.soup((pair * np.linspace(1, 3, count // 2)[:, None, None, None]).reshape(-1, 3, 3))
+    return meshes.soup(
+        (pair * np.linspace(1, 3, count // 2)[:, None, None, None]).reshape(-1, 3, 3)
+    )
 
 
 def geometric(copies: int = 1) -> Mesh:
@@ -315,8 +317,11 @@ def test_moving_one_object_keeps_the_bits_of_the_others():
     still = (meshes.icosphere(3), random_matrix(3))
     seen = set()
     for x in (0.0, 0.37, 1.1, -0.9):
-        scene = scene_of((meshes.icosphere(1), meshes.transform(20.0)), still,
-                         (meshes.torus(), meshes.transform(1.0, (x, 0.2, 0))))
+        scene = scene_of(
+            (meshes.icosphere(1), meshes.transform(20.0)),
+            still,
+            (meshes.torus(), meshes.transform(1.0, (x, 0.2, 0))),
+        )
         scene.build()
         triangles = scene.triangles()
         own = triangles["instance"] == 1
@@ -351,13 +356,18 @@ def test_bad_triangles_are_dropped_and_counted_by_mesh():
     random = np.random.default_rng(5)
     positions, triangles = meshes.random_triangles(4000, 0.2, 6)
     positions[random.integers(len(positions), size=300), random.integers(3, size=300)] = np.array(
-        [np.nan, np.inf, -np.inf], np.float32)[np.arange(300) % 3]
+        [np.nan, np.inf, -np.inf], np.float32
+    )[np.arange(300) % 3]
     triangles[random.integers(4000, size=200), 1] = triangles[0, 2]
     points = triangles.copy()
     points[::3, 1] = points[::3, 0]
     huge = np.diag([1e38, 1e38, 1e38, 1.0])
-    parts = [((positions, triangles), random_matrix(7)), ((positions, points), np.eye(4)),
-             (meshes.icosphere(1, 2.0), np.eye(4)), (meshes.icosphere(1, 9.0), huge)]
+    parts = [
+        ((positions, triangles), random_matrix(7)),
+        ((positions, points), np.eye(4)),
+        (meshes.icosphere(1, 2.0), np.eye(4)),
+        (meshes.icosphere(1, 9.0), huge),
+    ]
     scene = scene_of(*parts)
     # A second instance of the second mesh: its triangles are dropped, and counted, twice.
     scene.add_instance(1, random_matrix(8))

@@ -23,12 +23,12 @@ static unsigned saved_state(void) {
 
 /* The highest level that can run, or -1. */
 static int detect(void) {
-  const unsigned sse = BIT(20) | BIT(23);                /* SSE4.2, POPCNT */
-  const unsigned avx = BIT(12) | BIT(27) | BIT(28);      /* FMA, OSXSAVE, AVX */
-  const unsigned avx2 = BIT(3) | BIT(5) | BIT(8);        /* BMI1, AVX2, BMI2 */
+  const unsigned sse = BIT(20) | BIT(23);                        /* SSE4.2, POPCNT */
+  const unsigned avx = BIT(12) | BIT(27) | BIT(28);              /* FMA, OSXSAVE, AVX */
+  const unsigned avx2 = BIT(3) | BIT(5) | BIT(8);                /* BMI1, AVX2, BMI2 */
   const unsigned avx512 = BIT(16) | BIT(17) | BIT(30) | BIT(31); /* F, DQ, BW, VL */
   const unsigned lzcnt = BIT(5);
-  const unsigned saved_avx = BIT(1) | BIT(2);            /* XMM, YMM */
+  const unsigned saved_avx = BIT(1) | BIT(2);             /* XMM, YMM */
   const unsigned saved_avx512 = BIT(5) | BIT(6) | BIT(7); /* opmask, ZMM low and high */
   unsigned a, b, c, d;
   if (!__get_cpuid(1, &a, &b, &c, &d) || (c & sse) != sse)

@@ -9,26 +9,52 @@
 
 typedef __m128 float4;
 
-static inline float4 float4_load(const float *p) { return _mm_load_ps(p); } /* aligned to 16 */
-static inline void float4_store(float *p, float4 a) { _mm_store_ps(p, a); }
-static inline float4 float4_all(float a) { return _mm_set1_ps(a); }
-static inline float4 float4_add(float4 a, float4 b) { return _mm_add_ps(a, b); }
-static inline float4 float4_sub(float4 a, float4 b) { return _mm_sub_ps(a, b); }
-static inline float4 float4_mul(float4 a, float4 b) { return _mm_mul_ps(a, b); }
+static inline float4 float4_load(const float *p) {
+  return _mm_load_ps(p);
+} /* aligned to 16 */
+static inline void float4_store(float *p, float4 a) {
+  _mm_store_ps(p, a);
+}
+static inline float4 float4_all(float a) {
+  return _mm_set1_ps(a);
+}
+static inline float4 float4_add(float4 a, float4 b) {
+  return _mm_add_ps(a, b);
+}
+static inline float4 float4_sub(float4 a, float4 b) {
+  return _mm_sub_ps(a, b);
+}
+static inline float4 float4_mul(float4 a, float4 b) {
+  return _mm_mul_ps(a, b);
+}
 
 /* b where a is NaN. */
-static inline float4 float4_min(float4 a, float4 b) { return _mm_min_ps(a, b); }
-static inline float4 float4_max(float4 a, float4 b) { return _mm_max_ps(a, b); }
+static inline float4 float4_min(float4 a, float4 b) {
+  return _mm_min_ps(a, b);
+}
+static inline float4 float4_max(float4 a, float4 b) {
+  return _mm_max_ps(a, b);
+}
 
 /* Masks: all bits of a lane set or none; a lane with all bits set is a NaN. */
-static inline float4 float4_less(float4 a, float4 b) { return _mm_cmplt_ps(a, b); }
-static inline float4 float4_and(float4 a, float4 b) { return _mm_and_ps(a, b); }
-static inline float4 float4_or(float4 a, float4 b) { return _mm_or_ps(a, b); }
-static inline float4 float4_every(void) { return _mm_castsi128_ps(_mm_set1_epi32(-1)); }
+static inline float4 float4_less(float4 a, float4 b) {
+  return _mm_cmplt_ps(a, b);
+}
+static inline float4 float4_and(float4 a, float4 b) {
+  return _mm_and_ps(a, b);
+}
+static inline float4 float4_or(float4 a, float4 b) {
+  return _mm_or_ps(a, b);
+}
+static inline float4 float4_every(void) {
+  return _mm_castsi128_ps(_mm_set1_epi32(-1));
+}
 static inline float4 float4_not(float4 a) {
   return _mm_xor_ps(a, _mm_castsi128_ps(_mm_set1_epi32(-1)));
 }
-static inline uint32_t float4_any(float4 mask) { return _mm_movemask_ps(mask) != 0; }
+static inline uint32_t float4_any(float4 mask) {
+  return _mm_movemask_ps(mask) != 0;
+}
 static inline float4 float4_choose(float4 mask, float4 yes, float4 no) {
   return _mm_or_ps(_mm_and_ps(mask, yes), _mm_andnot_ps(mask, no));
 }
@@ -57,11 +83,27 @@ static inline void float4_transpose3(float4 a, float4 b, float4 c, float4 out[3]
 /* Four counts at once. */
 typedef __m128i int4;
 
-static inline int4 int4_zero(void) { return _mm_setzero_si128(); }
-static inline int4 int4_all(int32_t a) { return _mm_set1_epi32(a); }
-static inline int4 int4_mask(float4 mask) { return _mm_castps_si128(mask); }
-static inline int4 int4_sub(int4 a, int4 b) { return _mm_sub_epi32(a, b); }
-static inline void int4_store(int32_t *p, int4 a) { _mm_store_si128((__m128i *)p, a); }
-static inline int4 int4_load(const int32_t *p) { return _mm_load_si128((const __m128i *)p); }
-static inline int4 int4_add(int4 a, int4 b) { return _mm_add_epi32(a, b); }
-static inline float4 int4_to_float4(int4 a) { return _mm_cvtepi32_ps(a); }
+static inline int4 int4_zero(void) {
+  return _mm_setzero_si128();
+}
+static inline int4 int4_all(int32_t a) {
+  return _mm_set1_epi32(a);
+}
+static inline int4 int4_mask(float4 mask) {
+  return _mm_castps_si128(mask);
+}
+static inline int4 int4_sub(int4 a, int4 b) {
+  return _mm_sub_epi32(a, b);
+}
+static inline void int4_store(int32_t *p, int4 a) {
+  _mm_store_si128((__m128i *)p, a);
+}
+static inline int4 int4_load(const int32_t *p) {
+  return _mm_load_si128((const __m128i *)p);
+}
+static inline int4 int4_add(int4 a, int4 b) {
+  return _mm_add_epi32(a, b);
+}
+static inline float4 int4_to_float4(int4 a) {
+  return _mm_cvtepi32_ps(a);
+}

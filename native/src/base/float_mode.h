@@ -13,4 +13,6 @@ static inline unsigned whittle_float_mode_enter(void) {
   return before;
 }
 
-static inline void whittle_float_mode_leave(unsigned before) { _mm_setcsr(before); }
+static inline void whittle_float_mode_leave(unsigned before) {
+  _mm_setcsr(before);
+}

@@ -28,8 +28,8 @@ static void *behind_header(void *start, size_t mapped) {
 /* Maps whole large pages and gives back what alignment left over. */
 static void *map(size_t bytes) {
   const size_t size = (bytes + LARGE_PAGE - 1) & ~(size_t)(LARGE_PAGE - 1);
-  char *wide = mmap(NULL, size + LARGE_PAGE, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS,
-                    -1, 0);
+  char *wide =
+      mmap(NULL, size + LARGE_PAGE, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (wide == MAP_FAILED)
     return NULL;
   char *start = (char *)(((uintptr_t)wide + LARGE_PAGE - 1) & ~(uintptr_t)(LARGE_PAGE - 1));

@@ -28,8 +28,8 @@ typedef struct whittle_team {
   pthread_mutex_t lock;
   pthread_cond_t changed;
   whittle_run_state *state;
-  whittle_team_loop *loops;                     /* that may still have pieces to take */
-  whittle_team_task tasks[WHITTLE_TEAM_TASKS];  /* a stack: the newest is still in a cache */
+  whittle_team_loop *loops;                    /* that may still have pieces to take */
+  whittle_team_task tasks[WHITTLE_TEAM_TASKS]; /* a stack: the newest is still in a cache */
   uint32_t waiting_tasks, unfinished_tasks;
   bool closed;
 } whittle_team;

@@ -39,12 +39,20 @@ typedef struct grower {
   bins bins;
 } grower;
 
-static uint32_t floor_log2(uint32_t n) { return 31 - (uint32_t)__builtin_clz(n); }
-static uint32_t ceil_log2(uint32_t n) { return n > 1 ? floor_log2(n - 1) + 1 : 0; }
+static uint32_t floor_log2(uint32_t n) {
+  return 31 - (uint32_t)__builtin_clz(n);
+}
+static uint32_t ceil_log2(uint32_t n) {
+  return n > 1 ? floor_log2(n - 1) + 1 : 0;
+}
 
-static uint64_t units(uint32_t count) { return count ? (uint64_t)count * floor_log2(count) : 0; }
+static uint64_t units(uint32_t count) {
+  return count ? (uint64_t)count * floor_log2(count) : 0;
+}
 
-uint64_t whittle_bvh_units(uint64_t count) { return units((uint32_t)count); }
+uint64_t whittle_bvh_units(uint64_t count) {
+  return units((uint32_t)count);
+}
 
 static void set_bounds(whittle_node *node, box4 bounds) {
   _Alignas(16) float lo[4], hi[4];
@@ -99,8 +107,7 @@ static void halve(const builder *b, const span *s, whittle_node *pair, span chil
   whittle_median(s, b->buffer[s->buffer] + s->first, to, to + left, children, b->team->state);
 }
 
-static void bound_children(const bins *bins, const split *best, uint32_t count,
-                           span children[2]) {
+static void bound_children(const bins *bins, const split *best, uint32_t count, span children[2]) {
   children[0].bounds = whittle_bins_bounds(bins, best->axis, 0, best->plane);
   children[1].bounds = whittle_bins_bounds(bins, best->axis, best->plane, count);
 }
@@ -142,8 +149,8 @@ static bool divide_ranked(grower *g, const span *s, span children[2]) {
   ranks ranks;
   split best;
   whittle_bins_rank(&g->bins, &ranks, fragments, s->count);
-  const bool found = whittle_bins_split(&g->bins, s->count, float4_every(), s->bounds, s->count,
-                                        &best);
+  const bool found =
+      whittle_bins_split(&g->bins, s->count, float4_every(), s->bounds, s->count, &best);
   const choice choice = choose(b, s, found, &best);
   if (choice == LEAF)
     return false;
@@ -164,8 +171,7 @@ static bool divide_binned(grower *g, const span *s, span children[2]) {
   split best;
   whittle_bins_clear(&g->bins, map.bins);
   whittle_bins_add(&g->bins, &map, fragments, s->count);
-  const bool found =
-      whittle_bins_split(&g->bins, map.bins, map.usable, s->bounds, s->count, &best);
+  const bool found = whittle_bins_split(&g->bins, map.bins, map.usable, s->bounds, s->count, &best);
   const choice choice = choose(b, s, found, &best);
   if (choice == LEAF)
     return false;
@@ -357,8 +363,8 @@ static whittle_status grow_tree(builder *b, uint32_t count, whittle_bvh *bvh,
   if (whittle_cancelled(b->team->state))
     return WHITTLE_CANCELLED;
   bvh->depth = b->depth;
-  return whittle_layout(b->team, b->nodes, b->segments, b->segment_count,
-                        b->options.traversal_cost, bvh, error);
+  return whittle_layout(b->team, b->nodes, b->segments, b->segment_count, b->options.traversal_cost,
+                        bvh, error);
 }
 
 whittle_status whittle_bvh_build(whittle_team *team, whittle_fragment *fragments, uint32_t count,

@@ -57,8 +57,7 @@ static void pack(packing *p, segment *s) {
     judge(s, &node);
     if (node.count == 0) {
       const uint64_t child = node.left_first;
-      const segment *home =
-          child - s->place < s->count ? s : segment_at(p, child);
+      const segment *home = child - s->place < s->count ? s : segment_at(p, child);
       node.left_first = (uint32_t)(child - home->place + home->target);
     }
     p->nodes[s->target + i] = node;
@@ -101,7 +100,6 @@ whittle_status whittle_layout(whittle_team *team, const whittle_node *reserved, 
   const double whole = half_area(&bvh->nodes[0]);
   bvh->leaves = sum.leaves;
   bvh->largest_leaf = sum.largest_leaf;
-  bvh->sah_cost =
-      whole > 0.0 ? (traversal_cost * sum.inner_area + sum.leaf_cost) / whole : 0.0;
+  bvh->sah_cost = whole > 0.0 ? (traversal_cost * sum.inner_area + sum.leaf_cost) / whole : 0.0;
   return WHITTLE_OK;
 }

@@ -1,6 +1,7 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* The median by radix selection: linear time, and the same whatever the order of equal centroids. */
+/* The median by radix selection: linear time, and the same whatever the order of equal centroids.
+ */
 
 #include "bvh/median.h"
 

@@ -14,8 +14,8 @@ static whittle_status check_number(size_t index, const char *name, float value, 
     return WHITTLE_OK;
   if (most == FLT_MAX)
     return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "materials",
-                        "Material %zu: %s is %g, but must be finite and not negative.", index,
-                        name, (double)value);
+                        "Material %zu: %s is %g, but must be finite and not negative.", index, name,
+                        (double)value);
   return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "materials",
                       "Material %zu: %s is %g, but must be between 0 and %g.", index, name,
                       (double)value, (double)most);

@@ -11,8 +11,9 @@
 
 whittle_status whittle_scene_create(whittle_scene **scene, whittle_error *error) {
   if (!scene)
-    return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "scene", "Where to put the scene is "
-                                                                  "missing.");
+    return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "scene",
+                        "Where to put the scene is "
+                        "missing.");
   *scene = NULL;
   whittle_scene *made = whittle_allocate(1, sizeof *made);
   if (!made)
@@ -62,8 +63,7 @@ static whittle_status add_mesh(whittle_scene *scene, const whittle_mesh *source,
                                whittle_error *error) {
   if (!grow((void **)&scene->meshes, scene->mesh_count, &scene->mesh_capacity, sizeof(mesh)))
     return whittle_out_of_memory(error, "the list of meshes");
-  const whittle_status status =
-      whittle_mesh_copy(&scene->meshes[scene->mesh_count], source, error);
+  const whittle_status status = whittle_mesh_copy(&scene->meshes[scene->mesh_count], source, error);
   if (status != WHITTLE_OK)
     return status;
   if (index)
@@ -99,9 +99,8 @@ static whittle_status add_instance(whittle_scene *scene, const instance *wanted,
   const whittle_status status = whittle_instance_place(&placed, transform, error);
   if (status != WHITTLE_OK)
     return status;
-  if (scene->instance_count >= INT32_MAX ||
-      !grow((void **)&scene->instances, scene->instance_count, &scene->instance_capacity,
-            sizeof(instance)))
+  if (scene->instance_count >= INT32_MAX || !grow((void **)&scene->instances, scene->instance_count,
+                                                  &scene->instance_capacity, sizeof(instance)))
     return whittle_out_of_memory(error, "the list of instances");
   if (index)
     *index = (uint32_t)scene->instance_count;
@@ -152,4 +151,6 @@ whittle_status whittle_scene_write_begin(whittle_scene *scene, whittle_error *er
                       "ended.");
 }
 
-void whittle_scene_write_end(whittle_scene *scene) { atomic_store(&scene->users, 0); }
+void whittle_scene_write_end(whittle_scene *scene) {
+  atomic_store(&scene->users, 0);
+}

@@ -24,7 +24,8 @@ typedef struct mesh {
 
 typedef struct instance {
   double transform[16];
-  float normal_matrix[9]; /* inverse transpose of the upper 3x3 scaled to about unit size, by rows */
+  float
+      normal_matrix[9]; /* inverse transpose of the upper 3x3 scaled to about unit size, by rows */
   uint32_t mesh;
   int32_t object_id;
   uint32_t visibility;
