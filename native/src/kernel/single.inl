@@ -4,7 +4,6 @@
 
 typedef struct single_ray {
   s_ray exact;
-  int axis;
   f4_float origin, inverse;
   float best;
   uint32_t best_primitive;
@@ -16,21 +15,20 @@ typedef struct single_entry {
 } single_entry;
 
 static inline void single_ray_load(const ray_stream *rays, uint32_t i, single_ray *ray) {
-  float d[3];
-  for (int axis = 0; axis < 3; axis++) {
-    d[axis] = rays->direction[axis][i];
-    ray->exact.origin[axis] = rays->origin[axis][i];
-    ray->exact.inverse[axis] = 1.0f / d[axis];
+  float d[3], o[3];
+  for (int axis = 0; axis < 3; axis++)
+    d[axis] = rays->direction[axis][i], o[axis] = rays->origin[axis][i];
+  s_ray *exact = &ray->exact;
+  s_set_axes(exact, whittle_dominant_axis(d));
+  for (int k = 0; k < 3; k++) {
+    exact->origin[k] = o[exact->axis[k]];
+    exact->inverse[k] = 1.0f / d[exact->axis[k]];
   }
-  const int kz = whittle_dominant_axis(d), kx = s_next_axis[kz], ky = s_next_axis[kx];
-  ray->axis = kz;
-  ray->exact.shear_x = d[kx] / d[kz];
-  ray->exact.shear_y = d[ky] / d[kz];
-  ray->exact.shear_z = ray->exact.inverse[kz];
-  ray->exact.t_min = rays->t_min[i];
-  const float *o = ray->exact.origin, *inverse = ray->exact.inverse;
+  exact->shear_x = d[exact->axis[0]] / d[exact->axis[2]];
+  exact->shear_y = d[exact->axis[1]] / d[exact->axis[2]];
+  exact->t_min = rays->t_min[i];
   ray->origin = f4_make(o[0], o[1], o[2], 0.0f);
-  ray->inverse = f4_make(inverse[0], inverse[1], inverse[2], 1.0f);
+  ray->inverse = f4_set(1.0f) / f4_make(d[0], d[1], d[2], 1.0f);
   ray->best = rays->t[i];
   ray->best_primitive = WHITTLE_NONE;
 }
@@ -61,7 +59,8 @@ static inline bool single_leaf(const trace_context *context, ray_stream *rays, u
     if (r == rays->skip[i] || (context->masked && !sees(context, triangle)))
       continue;
     float t, u, v;
-    if (!s_triangle_test(&ray->exact, ray->axis, triangle, 1, ray->best, ray->best_primitive, &t, &u,
+    const s_relative relative = s_relate(&ray->exact, triangle);
+    if (!s_triangle_test(&ray->exact, &relative, triangle, 1, ray->best, ray->best_primitive, &t, &u,
                          &v, context->own_box_misses))
       continue;
     ray->best = t, ray->best_primitive = triangle->primitive;

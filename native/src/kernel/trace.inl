@@ -12,75 +12,84 @@ static inline bool sees(const trace_context *context, const triangle_record *tri
 
 /* Below this many rays of a class a packet costs more than it saves. */
 #define PACKET_LEAST 4
-#define RAY_CLASSES 6 /* dominant axis and its sign; dead rays have none */
+/* Dominant axis and octant: rays of a class meet a box's planes in the same order. */
+#define RAY_CLASSES 24
+#define RAY_ALONE RAY_CLASSES /* dead rays, and those that look behind themselves */
 
 static inline uint32_t ray_class(const ray_stream *rays, uint32_t i) {
-  if (!(rays->t[i] > rays->t_min[i]))
-    return RAY_CLASSES;
-  const float d[3] = {rays->direction[0][i], rays->direction[1][i], rays->direction[2][i]};
-  const int axis = whittle_dominant_axis(d);
-  return (uint32_t)axis * 2 + (d[axis] < 0.0f);
+  if (!(rays->t[i] > rays->t_min[i] && rays->t_min[i] >= 0.0f))
+    return RAY_ALONE;
+  uint32_t octant = 0;
+  float d[3];
+  for (int axis = 0; axis < 3; axis++) {
+    d[axis] = rays->direction[axis][i];
+    octant |= (uint32_t)(d[axis] < 0.0f) << axis;
+  }
+  return (uint32_t)whittle_dominant_axis(d) * 8 + octant;
 }
 
-/* The lanes of one group that are alive and in the class of direction axis `axis` and its sign. */
-static inline uint32_t class_lanes(const ray_stream *rays, uint32_t at, int axis, bool negative) {
-  const v_float x = v_abs(v_load(rays->direction[axis] + at));
-  v_mask in = v_lt(v_load(rays->t_min + at), v_load(rays->t + at));
-  for (int other = 0; other < 3; other++) {
-    const v_float y = v_abs(v_load(rays->direction[other] + at));
-    if (other < axis)
-      in = v_and(in, v_lt(y, x));
-    else if (other > axis)
-      in = v_and(in, v_le(y, x));
+/* The lanes of one group that are of a class. */
+static inline uint32_t class_lanes(const ray_stream *rays, uint32_t at, uint32_t class) {
+  const int k = (int)class / 8;
+  const v_float nothing = v_set(0.0f), t_min = v_load(rays->t_min + at);
+  const v_float longest = v_abs(v_load(rays->direction[k] + at));
+  v_mask in = v_and(v_lt(t_min, v_load(rays->t + at)), v_le(nothing, t_min));
+  for (int axis = 0; axis < 3; axis++) {
+    const v_float d = v_load(rays->direction[axis] + at);
+    const v_mask negative = v_lt(d, nothing);
+    in = class >> axis & 1 ? v_and(in, negative) : v_andnot(in, negative);
+    in = v_and(in, axis < k ? v_lt(v_abs(d), longest) : v_le(v_abs(d), longest));
   }
-  const v_float d = v_load(rays->direction[axis] + at);
-  return v_bits(negative ? v_and(in, v_lt(d, v_set(0.0f))) : v_andnot(in, v_lt(d, v_set(0.0f))));
+  return v_bits(in);
 }
 
 /* Whether rays first .. first + count are all of one class, as coherent packets mostly are. */
 static bool one_class(const ray_stream *rays, uint32_t first, uint32_t count, uint32_t class) {
   for (uint32_t i = 0; i < count; i += V_LANES) {
     const uint32_t lanes = count - i < V_LANES ? count - i : V_LANES;
-    const uint32_t all = lanes == 32 ? UINT32_MAX : (1u << lanes) - 1;
-    if ((class_lanes(rays, first + i, (int)class / 2, class & 1) & all) != all)
+    const uint32_t all = (uint32_t)((1ull << lanes) - 1);
+    if ((class_lanes(rays, first + i, class) & all) != all)
       return false;
   }
   return true;
 }
 
-static void trace_class(const trace_context *context, ray_stream *rays, packet *p, uint32_t class,
-                        uint32_t count, bool any, bool consecutive) {
-  if (count < PACKET_LEAST && context->mode != WHITTLE_LECTURE) {
-    for (uint32_t i = 0; i < count; i++)
-      any ? single_trace(context, rays, p->slot[i], true, false)
-          : single_trace(context, rays, p->slot[i], false, false);
-    return;
-  }
-  p->axis = (int)class / 2;
-  packet_load(p, rays, count, consecutive);
-  packet_prepare(p);
-  if (p->frustum.valid)
-    packet_deepest(p);
+static void trace_alone(const trace_context *context, ray_stream *rays, uint32_t i, bool any) {
+  any ? single_trace(context, rays, i, true, false) : single_trace(context, rays, i, false, false);
+}
+
+static void traverse(const trace_context *context, packet *p, bool any, bool common) {
   if (context->mode == WHITTLE_LECTURE) {
     context->packets->packets++;
-    context->packets->rays += count;
-    any ? packet_traverse(context, p, true, true) : packet_traverse(context, p, false, true);
+    context->packets->rays += p->count;
+    any ? packet_traverse(context, p, true, false, true)
+        : packet_traverse(context, p, false, false, true);
+  } else if (common) {
+    any ? packet_traverse(context, p, true, true, false)
+        : packet_traverse(context, p, false, true, false);
   } else {
-    any ? packet_traverse(context, p, true, false) : packet_traverse(context, p, false, false);
+    any ? packet_traverse(context, p, true, false, false)
+        : packet_traverse(context, p, false, false, false);
   }
+}
+
+static void trace_class(const trace_context *context, ray_stream *rays, packet *p, uint32_t class,
+                        uint32_t count, bool any, bool consecutive) {
+  p->axis = (int)class / 8;
+  for (int axis = 0; axis < 3; axis++)
+    p->negative[axis] = class >> axis & 1;
+  packet_load(p, rays, count, consecutive);
+  traverse(context, p, any, packet_prepare(p));
   packet_save(p, rays, any, consecutive);
 }
 
-static void trace_packet(const trace_context *context, ray_stream *rays, uint32_t first,
+static void trace_packet(const trace_context *context, ray_stream *rays, packet *p, uint32_t first,
                          uint32_t count, bool any) {
-  packet p;
+  const uint32_t least = context->mode == WHITTLE_LECTURE ? 1 : PACKET_LEAST;
   const uint32_t class = ray_class(rays, first);
-  if (class < RAY_CLASSES && one_class(rays, first, count, class)) {
-    p.slot[0] = first;
-    if (count < PACKET_LEAST)
-      for (uint32_t i = 0; i < count; i++)
-        p.slot[i] = first + i;
-    trace_class(context, rays, &p, class, count, any, true);
+  if (class != RAY_ALONE && count >= least && one_class(rays, first, count, class)) {
+    p->slot[0] = first;
+    trace_class(context, rays, p, class, count, any, true);
     return;
   }
   uint8_t classes[WHITTLE_MAX_PACKET];
@@ -91,12 +100,14 @@ static void trace_packet(const trace_context *context, ray_stream *rays, uint32_
     uint32_t members = 0;
     for (uint32_t i = 0; i < count && members < sizes[c]; i++)
       if (classes[i] == c)
-        p.slot[members++] = first + i;
-    if (c < RAY_CLASSES && members > 0)
-      trace_class(context, rays, &p, c, members, any, false);
+        p->slot[members++] = first + i;
+    if (members == 0)
+      continue;
+    if (c != RAY_ALONE && members >= least)
+      trace_class(context, rays, p, c, members, any, false);
     else
       for (uint32_t i = 0; i < members; i++)
-        rays->record[p.slot[i]] = WHITTLE_NONE;
+        trace_alone(context, rays, p->slot[i], any);
   }
 }
 
@@ -112,11 +123,12 @@ static void trace_stream(const trace_context *context, ray_stream *rays, bool an
       any ? single_trace(context, rays, i, true, true) : single_trace(context, rays, i, false, true);
   } else if (context->mode == WHITTLE_SINGLE || context->packet <= 1) {
     for (uint32_t i = 0; i < rays->count; i++)
-      any ? single_trace(context, rays, i, true, false) : single_trace(context, rays, i, false, false);
+      trace_alone(context, rays, i, any);
   } else {
+    packet p;
     for (uint32_t first = 0; first < rays->count; first += context->packet) {
       const uint32_t left = rays->count - first;
-      trace_packet(context, rays, first, left < context->packet ? left : context->packet, any);
+      trace_packet(context, rays, &p, first, left < context->packet ? left : context->packet, any);
     }
   }
 }

@@ -15,17 +15,25 @@
 #define MASK FAMILY(mask)
 #define FN(name) FAMILY(name)
 
-/* A ray, or a lane group of them whose directions share the dominant axis. */
-typedef struct FN(ray) {
-  REAL origin[3];
-  REAL inverse[3]; /* 1 / direction, infinite where that is 0 */
-  REAL shear_x, shear_y, shear_z;
-  REAL t_min;
-} FN(ray);
-
 /* Axes of the sheared space for the dominant axis z: no swap of x and y, since the signs of U, V, W
  * only negate exactly. */
 static const uint8_t FN(next_axis)[3] = {1, 2, 0};
+
+/* A ray, or a lane group of them whose directions share the dominant axis; components in the order
+ * of the sheared space. */
+typedef struct FN(ray) {
+  int axis[3]; /* which of x, y, z each component is: axis[2] is the dominant one */
+  REAL origin[3];
+  REAL inverse[3]; /* 1 / direction, infinite where that is 0 */
+  REAL shear_x, shear_y;
+  REAL t_min;
+} FN(ray);
+
+static inline void FN(set_axes)(FN(ray) *ray, int dominant) {
+  ray->axis[2] = dominant;
+  ray->axis[0] = FN(next_axis)[dominant];
+  ray->axis[1] = FN(next_axis)[ray->axis[0]];
+}
 
 static inline REAL FN(bound_near)(REAL origin, REAL inverse, REAL low, REAL high) {
   const REAL bound = FN(select)(FN(lt)(inverse, FN(set)(0.0f)), high, low);
@@ -42,11 +50,10 @@ static inline REAL FN(bound_far)(REAL origin, REAL inverse, REAL low, REAL high)
 static inline void FN(slab)(const FN(ray) *ray, const float low[3], const float high[3], REAL *near,
                             REAL *far) {
   REAL n = FN(set)(-__builtin_inff()), f = FN(set)(__builtin_inff());
-  for (int axis = 0; axis < 3; axis++) {
-    const REAL o = ray->origin[axis], i = ray->inverse[axis];
-    const REAL l = FN(set)(low[axis]), h = FN(set)(high[axis]);
-    n = FN(max)(FN(bound_near)(o, i, l, h), n);
-    f = FN(min)(FN(bound_far)(o, i, l, h), f);
+  for (int i = 0; i < 3; i++) {
+    const REAL l = FN(set)(low[ray->axis[i]]), h = FN(set)(high[ray->axis[i]]);
+    n = FN(max)(FN(bound_near)(ray->origin[i], ray->inverse[i], l, h), n);
+    f = FN(min)(FN(bound_far)(ray->origin[i], ray->inverse[i], l, h), f);
   }
   *near = n - FN(abs)(n) * FN(set)(WHITTLE_SLAB_PAD);
   *far = f + FN(abs)(f) * FN(set)(WHITTLE_SLAB_PAD);
@@ -54,7 +61,6 @@ static inline void FN(slab)(const FN(ray) *ray, const float low[3], const float 
 
 typedef struct FN(edges) {
   REAL u, v, w; /* weights of the three vertices times the determinant */
-  REAL az;      /* depth of the first vertex along the dominant axis */
 } FN(edges);
 
 /* U, V and W of the lanes in `zero` again in double, where their signs are exact. A common power of
@@ -82,20 +88,42 @@ __attribute__((noinline, cold)) static void FN(edges_in_double)(MASK zero, REAL 
   edges->u = FN(load)(out[0]), edges->v = FN(load)(out[1]), edges->w = FN(load)(out[2]);
 }
 
+/* A triangle's vertices relative to the rays' origins, in the order of the sheared space. */
+typedef struct FN(relative) {
+  REAL x[3], y[3], z[3];
+} FN(relative);
+
+static inline FN(relative) FN(relate)(const FN(ray) *ray, const triangle_record *triangle) {
+  const float *vertex[3] = {triangle->v0, triangle->v1, triangle->v2};
+  FN(relative) r;
+  for (int i = 0; i < 3; i++) {
+    r.x[i] = FN(set)(vertex[i][ray->axis[0]]) - ray->origin[0];
+    r.y[i] = FN(set)(vertex[i][ray->axis[1]]) - ray->origin[1];
+    r.z[i] = FN(set)(vertex[i][ray->axis[2]]) - ray->origin[2];
+  }
+  return r;
+}
+
+/* The same where all rays share one origin: one subtraction serves all lanes. */
+static inline FN(relative) FN(relate_common)(const float origin[3], const FN(ray) *ray,
+                                             const triangle_record *triangle) {
+  const float *vertex[3] = {triangle->v0, triangle->v1, triangle->v2};
+  const int *k = ray->axis;
+  FN(relative) r;
+  for (int i = 0; i < 3; i++) {
+    r.x[i] = FN(set)(vertex[i][k[0]] - origin[k[0]]);
+    r.y[i] = FN(set)(vertex[i][k[1]] - origin[k[1]]);
+    r.z[i] = FN(set)(vertex[i][k[2]] - origin[k[2]]);
+  }
+  return r;
+}
+
 /* The lanes of `active` whose line meets the triangle. */
-static inline MASK FN(edge_test)(const FN(ray) *ray, int axis, const triangle_record *triangle,
-                                 MASK active, FN(edges) *edges) {
-  const int kx = FN(next_axis)[axis], ky = FN(next_axis)[kx];
-  const REAL ox = ray->origin[kx], oy = ray->origin[ky], oz = ray->origin[axis];
-  edges->az = FN(set)(triangle->v0[axis]) - oz;
-  const REAL bz = FN(set)(triangle->v1[axis]) - oz;
-  const REAL cz = FN(set)(triangle->v2[axis]) - oz;
-  const REAL ax = (FN(set)(triangle->v0[kx]) - ox) - ray->shear_x * edges->az;
-  const REAL ay = (FN(set)(triangle->v0[ky]) - oy) - ray->shear_y * edges->az;
-  const REAL bx = (FN(set)(triangle->v1[kx]) - ox) - ray->shear_x * bz;
-  const REAL by = (FN(set)(triangle->v1[ky]) - oy) - ray->shear_y * bz;
-  const REAL cx = (FN(set)(triangle->v2[kx]) - ox) - ray->shear_x * cz;
-  const REAL cy = (FN(set)(triangle->v2[ky]) - oy) - ray->shear_y * cz;
+static inline MASK FN(edge_test)(const FN(ray) *ray, const FN(relative) *r, MASK active,
+                                 FN(edges) *edges) {
+  const REAL ax = r->x[0] - ray->shear_x * r->z[0], ay = r->y[0] - ray->shear_y * r->z[0];
+  const REAL bx = r->x[1] - ray->shear_x * r->z[1], by = r->y[1] - ray->shear_y * r->z[1];
+  const REAL cx = r->x[2] - ray->shear_x * r->z[2], cy = r->y[2] - ray->shear_y * r->z[2];
   edges->u = cx * by - cy * bx;
   edges->v = ax * cy - ay * cx;
   edges->w = bx * ay - by * ax;
@@ -118,32 +146,32 @@ static inline MASK FN(edge_test)(const FN(ray) *ray, int axis, const triangle_re
 
 /* t where the rays meet the triangle's plane: n.(v0 - o) / n.d. Weighing the vertices' depths by U, V
  * and W, as the paper does, is off by several per cent of a needle's length. */
-static inline REAL FN(plane_distance)(const FN(ray) *ray, int axis, const triangle_record *triangle,
-                                      REAL depth) {
-  const int kx = FN(next_axis)[axis], ky = FN(next_axis)[kx];
+static inline REAL FN(plane_distance)(const FN(ray) *ray, const FN(relative) *r,
+                                      const triangle_record *triangle) {
   float normal[3];
   whittle_triangle_normal(triangle, normal);
-  const REAL nx = FN(set)(normal[kx]), ny = FN(set)(normal[ky]), nz = FN(set)(normal[axis]);
-  const REAL above = (nx * (FN(set)(triangle->v0[kx]) - ray->origin[kx]) +
-                      ny * (FN(set)(triangle->v0[ky]) - ray->origin[ky])) +
-                     nz * depth;
+  const REAL nx = FN(set)(normal[ray->axis[0]]), ny = FN(set)(normal[ray->axis[1]]);
+  const REAL nz = FN(set)(normal[ray->axis[2]]);
+  const REAL above = (nx * r->x[0] + ny * r->y[0]) + nz * r->z[0];
   const REAL along = (nx * ray->shear_x + ny * ray->shear_y) + nz;
-  return above / along * ray->shear_z;
+  return above / along * ray->inverse[2];
 }
 
 /* The lanes of `active` that hit the triangle in (t_min, t_max], ranked by (t, primitive) before
  * the hit they have; t, u and v are valid in those. */
-static inline MASK FN(triangle_test)(const FN(ray) *ray, int axis, const triangle_record *triangle,
-                                     MASK active, REAL best, FN(uint) best_primitive, REAL *t,
-                                     REAL *u, REAL *v, uint64_t *own_box_misses) {
+static inline __attribute__((always_inline)) MASK
+FN(triangle_test)(const FN(ray) *ray, const FN(relative) *relative,
+                                     const triangle_record *triangle, MASK active, REAL best,
+                                     FN(uint) best_primitive, REAL *t, REAL *u, REAL *v,
+                                     uint64_t *own_box_misses) {
   FN(edges) edges;
-  active = FN(edge_test)(ray, axis, triangle, active, &edges);
+  active = FN(edge_test)(ray, relative, active, &edges);
   if (FN(bits)(active) == 0)
     return active;
   const REAL determinant = (edges.u + edges.v) + edges.w;
   const REAL nothing = FN(set)(0.0f);
   active = FN(andnot)(active, FN(eq)(determinant, nothing));
-  REAL distance = FN(plane_distance)(ray, axis, triangle, edges.az);
+  REAL distance = FN(plane_distance)(ray, relative, triangle);
 
   float low[3], high[3];
   for (int i = 0; i < 3; i++) {
