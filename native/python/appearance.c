@@ -55,8 +55,8 @@ static bool read_material(module_state *state, PyObject *dict, const char *owner
     char name[NAME_SIZE];
     float *const to = (float *)((char *)material + field->offset);
     PyObject *value = item(dict, field->key, owner, name);
-    if (value && !(field->color ? read_color(state, value, name, to)
-                                : argument_float(value, name, to)))
+    if (value &&
+        !(field->color ? read_color(state, value, name, to) : argument_float(value, name, to)))
       return false;
     if (value && to == &material->ior && *to == 0)
       return raise_value(name, "must be above 0");
@@ -151,8 +151,8 @@ PyObject *scene_set_materials(PyObject *self, PyObject *args, PyObject *kwargs) 
     return NULL;
   module_state *state = state_of(self);
   size_t count;
-  whittle_material *materials = read_entries(state, list, "materials", keys, read_material_entry,
-                                             sizeof *materials, &count);
+  whittle_material *materials =
+      read_entries(state, list, "materials", keys, read_material_entry, sizeof *materials, &count);
   if (!materials)
     return NULL;
   whittle_error error = {0};
@@ -164,8 +164,7 @@ PyObject *scene_set_materials(PyObject *self, PyObject *args, PyObject *kwargs) 
 
 PyObject *scene_set_lights(PyObject *self, PyObject *args, PyObject *kwargs) {
   static char *names[] = {"lights", NULL};
-  static const char *const keys[] = {"kind",   "intensity", "position", "direction",
-                                     "shadow", NULL};
+  static const char *const keys[] = {"kind", "intensity", "position", "direction", "shadow", NULL};
   PyObject *list;
   if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O:set_lights", names, &list))
     return NULL;

@@ -101,7 +101,9 @@ bool array_read(module_state *state, PyObject *object, const char *name, array_k
   return good;
 }
 
-void array_release(array_view *view) { PyBuffer_Release(&view->buffer); }
+void array_release(array_view *view) {
+  PyBuffer_Release(&view->buffer);
+}
 
 /* ---- Shapes ---- */
 
@@ -148,7 +150,7 @@ static bool put_uint(const char *from, char type, void *to) {
   if (type == 'I')
     *(uint32_t *)to = *(const uint32_t *)from;
   else
-    *(uint32_t *)to = (uint32_t) * (const uint64_t *)from; /* negative: a huge uint64 */
+    *(uint32_t *)to = (uint32_t)*(const uint64_t *)from; /* negative: a huge uint64 */
   return type == 'I' || *(const uint64_t *)from <= UINT32_MAX;
 }
 
@@ -252,8 +254,9 @@ PyObject *array_new(module_state *state, int ndim, const Py_ssize_t *shape, PyOb
   PyObject *lengths = numpy ? PyTuple_New(ndim) : NULL;
   for (int axis = 0; lengths && axis < ndim; axis++)
     PyTuple_SetItem(lengths, axis, PyLong_FromSsize_t(shape[axis]));
-  PyObject *array =
-      lengths && !PyErr_Occurred() ? PyObject_CallMethod(numpy, "empty", "OO", lengths, dtype) : NULL;
+  PyObject *array = lengths && !PyErr_Occurred()
+                        ? PyObject_CallMethod(numpy, "empty", "OO", lengths, dtype)
+                        : NULL;
   Py_XDECREF(lengths);
   if (array && PyObject_GetBuffer(array, &view->buffer, PyBUF_CONTIG) < 0)
     Py_CLEAR(array);

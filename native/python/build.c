@@ -19,8 +19,7 @@ static bool read_options(PyObject *threads, PyObject *bins, PyObject *max_leaf,
 }
 
 PyObject *scene_build(PyObject *self, PyObject *args, PyObject *kwargs) {
-  static char *names[] = {"threads",  "bins",           "on_progress",
-                          "max_leaf", "traversal_cost", NULL};
+  static char *names[] = {"threads", "bins", "on_progress", "max_leaf", "traversal_cost", NULL};
   PyObject *threads = NULL, *bins = NULL, *on_progress = NULL;
   PyObject *max_leaf = NULL, *traversal_cost = NULL;
   if (!PyArg_ParseTupleAndKeywords(args, kwargs, "|OOO$OO:build", names, &threads, &bins,

@@ -110,16 +110,15 @@ PyObject *scene_add_mesh(PyObject *self, PyObject *args, PyObject *kwargs) {
   module_state *state = state_of(self);
   mesh_arrays arrays = {0};
   PyObject *result = NULL;
-  if (read_surface(state, positions, triangles, &arrays) &&
-      read_normals(state, normals, &arrays) && read_materials(state, materials, &arrays) &&
-      check_uvs(state, uvs, &arrays.mesh)) {
+  if (read_surface(state, positions, triangles, &arrays) && read_normals(state, normals, &arrays) &&
+      read_materials(state, materials, &arrays) && check_uvs(state, uvs, &arrays.mesh)) {
     uint32_t index = 0;
     whittle_error error = {0};
     whittle_status status;
-    Py_BEGIN_ALLOW_THREADS
-    status = whittle_scene_add_mesh(scene_handle(self), &arrays.mesh, &index, &error);
-    Py_END_ALLOW_THREADS
-    result = status ? raise_status(state, status, &error) : PyLong_FromUnsignedLong(index);
+    Py_BEGIN_ALLOW_THREADS status =
+        whittle_scene_add_mesh(scene_handle(self), &arrays.mesh, &index, &error);
+    Py_END_ALLOW_THREADS result =
+        status ? raise_status(state, status, &error) : PyLong_FromUnsignedLong(index);
   }
   release_arrays(&arrays);
   return result;

@@ -8,8 +8,7 @@
 #include <time.h>
 
 typedef struct job_object {
-  PyObject_HEAD
-  whittle_job *job;
+  PyObject_HEAD whittle_job *job;
   PyObject *scene; /* kept while the job may read it */
   render_images images;
   bool ended; /* its end was waited for; then these tell how it ended */
@@ -61,8 +60,7 @@ static void job_dealloc(PyObject *object) {
   PyTypeObject *type = Py_TYPE(object);
   PyObject_GC_UnTrack(object);
   if (self->job) {
-    Py_BEGIN_ALLOW_THREADS
-    whittle_job_destroy(self->job);
+    Py_BEGIN_ALLOW_THREADS whittle_job_destroy(self->job);
     Py_END_ALLOW_THREADS
   }
   images_release(&self->images);
@@ -88,11 +86,8 @@ static PyObject *job_cancel(PyObject *object, PyObject *unused) {
 static bool sleep_until_done(job_object *self) {
   const struct timespec step = {.tv_nsec = 1000000};
   for (int done = 0; whittle_job_poll(self->job, &done), !done;) {
-    Py_BEGIN_ALLOW_THREADS
-    nanosleep(&step, NULL);
-    Py_END_ALLOW_THREADS
-    if (PyErr_CheckSignals() < 0)
-      return false;
+    Py_BEGIN_ALLOW_THREADS nanosleep(&step, NULL);
+    Py_END_ALLOW_THREADS if (PyErr_CheckSignals() < 0) return false;
   }
   return true;
 }
@@ -110,8 +105,7 @@ static bool collect(job_object *self) {
     return true;
   }
   PyObject *measured = stats_of_render(&stats);
-  const bool good =
-      measured && PyDict_SetItemString(self->images.dict, "stats", measured) == 0;
+  const bool good = measured && PyDict_SetItemString(self->images.dict, "stats", measured) == 0;
   Py_XDECREF(measured);
   return good;
 }
@@ -129,8 +123,7 @@ static PyObject *job_result(PyObject *object, PyObject *unused) {
 }
 
 static PyMethodDef job_methods[] = {
-    {"poll", job_poll, METH_NOARGS,
-     "poll($self)\n--\n\nFraction done, and whether it has ended."},
+    {"poll", job_poll, METH_NOARGS, "poll($self)\n--\n\nFraction done, and whether it has ended."},
     {"cancel", job_cancel, METH_NOARGS, "cancel($self)\n--\n\nAsk it to stop."},
     {"result", job_result, METH_NOARGS,
      "result($self)\n--\n\nWait; what Scene.render gives or raises."},

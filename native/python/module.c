@@ -4,7 +4,9 @@
 
 #include "module.h"
 
-module_state *state_of(PyObject *self) { return PyType_GetModuleState(Py_TYPE(self)); }
+module_state *state_of(PyObject *self) {
+  return PyType_GetModuleState(Py_TYPE(self));
+}
 
 PyObject *state_numpy(module_state *state) {
   if (!state->numpy)
@@ -119,7 +121,9 @@ static int module_clear(PyObject *module) {
   return 0;
 }
 
-static void module_free(void *module) { module_clear(module); }
+static void module_free(void *module) {
+  module_clear(module);
+}
 
 static PyModuleDef_Slot module_slots[] = {{Py_mod_exec, module_exec}, {0}};
 
@@ -135,4 +139,6 @@ static PyModuleDef module_definition = {
     .m_free = module_free,
 };
 
-PyMODINIT_FUNC PyInit_whittle_core(void) { return PyModuleDef_Init(&module_definition); }
+PyMODINIT_FUNC PyInit_whittle_core(void) {
+  return PyModuleDef_Init(&module_definition);
+}

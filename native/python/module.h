@@ -4,7 +4,7 @@
 
 #pragma once
 
-#define Py_LIMITED_API 0x030B0000
+#define Py_LIMITED_API 0x030b0000
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 

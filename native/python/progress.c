@@ -9,7 +9,8 @@ bool progress_init(progress_call *call, PyObject *on_progress) {
   if (!on_progress || on_progress == Py_None)
     return true;
   if (!PyCallable_Check(on_progress)) {
-    raise_value("on_progress", "must be callable or None, not %R", (PyObject *)Py_TYPE(on_progress));
+    raise_value("on_progress", "must be callable or None, not %R",
+                (PyObject *)Py_TYPE(on_progress));
     return false;
   }
   call->callable = on_progress;

@@ -160,9 +160,9 @@ static bool get_modes(items *from, whittle_settings *settings) {
 }
 
 static bool read_settings(PyObject *object, render_request *request) {
-  static const char *const keys[] = {"passes", "samples", "pattern", "seed",    "max_depth",
-                                     "cutoff", "transparent", "mode", "packet", "threads",
-                                     "generic", NULL};
+  static const char *const keys[] = {"passes",    "samples", "pattern",     "seed",
+                                     "max_depth", "cutoff",  "transparent", "mode",
+                                     "packet",    "threads", "generic",     NULL};
   whittle_settings *settings = &request->settings;
   request->passes[request->pass_count++] = WHITTLE_PASS_COMBINED;
   if (!object || object == Py_None)
@@ -191,8 +191,7 @@ bool request_read(module_state *state, PyObject *camera, PyObject *settings,
 static bool add_image(module_state *state, const whittle_camera *camera, whittle_pass pass,
                       render_images *images) {
   const Py_ssize_t shape[] = {camera->region[3] - camera->region[1],
-                              camera->region[2] - camera->region[0],
-                              whittle_pass_channels(pass)};
+                              camera->region[2] - camera->region[0], whittle_pass_channels(pass)};
   if ((double)shape[0] * (double)shape[1] * 16 > (double)(PY_SSIZE_T_MAX / 2))
     return PyErr_Format(PyExc_MemoryError, "no memory holds an image of %zd x %zd pixels", shape[1],
                         shape[0]);

@@ -5,11 +5,12 @@
 #include "scene_methods.h"
 
 typedef struct scene_object {
-  PyObject_HEAD
-  whittle_scene *scene;
+  PyObject_HEAD whittle_scene *scene;
 } scene_object;
 
-whittle_scene *scene_handle(PyObject *self) { return ((scene_object *)self)->scene; }
+whittle_scene *scene_handle(PyObject *self) {
+  return ((scene_object *)self)->scene;
+}
 
 static PyObject *scene_new(PyTypeObject *type, PyObject *args, PyObject *kwargs) {
   if (PyTuple_Size(args) || (kwargs && PyDict_Size(kwargs)))
@@ -46,12 +47,14 @@ static PyMethodDef scene_methods[] = {
     METHOD(set_world, "($self, color, ambient=(0, 0, 0))"),
     METHOD(build, "($self, threads=0, bins=16, on_progress=None, *, max_leaf=0, "
                   "traversal_cost=0.0)"),
-    METHOD(intersect, "($self, origins, directions, t_min=0.0, t_max=1e999, threads=0, *, packet=0, "
-                      "visibility=15, counters=False)"),
+    METHOD(intersect,
+           "($self, origins, directions, t_min=0.0, t_max=1e999, threads=0, *, packet=0, "
+           "visibility=15, counters=False)"),
     METHOD(occluded, "($self, origins, directions, t_min=0.0, t_max=1e999, threads=0, *, packet=0, "
                      "visibility=15)"),
-    METHOD(reference_intersect, "($self, origins, directions, t_min=0.0, t_max=1e999, threads=0, *, "
-                                "visibility=15)"),
+    METHOD(reference_intersect,
+           "($self, origins, directions, t_min=0.0, t_max=1e999, threads=0, *, "
+           "visibility=15)"),
     METHOD(render, "($self, camera, settings=None, on_progress=None)"),
     METHOD(start, "($self, camera, settings=None)"),
     {"nodes", scene_nodes, METH_NOARGS, "nodes($self)\n--\n\nA copy of the binary tree."},

@@ -155,7 +155,9 @@ static PyObject *list_of_bits(uint32_t mask, PyObject *make(uint32_t bit)) {
   return list;
 }
 
-static PyObject *need_name(uint32_t bit) { return PyUnicode_FromString(whittle_need_name(bit)); }
+static PyObject *need_name(uint32_t bit) {
+  return PyUnicode_FromString(whittle_need_name(bit));
+}
 
 static PyObject *need_reason(uint32_t bit) {
   return Py_BuildValue("(ss)", whittle_need_name(bit), whittle_need_reason(bit));

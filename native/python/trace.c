@@ -120,8 +120,8 @@ static PyObject *trace_nearest(PyObject *self, const ray_arguments *arguments, n
     whittle_status status = WHITTLE_OK;
     whittle_error error = {0};
     if (dict) {
-      Py_BEGIN_ALLOW_THREADS
-      status = trace(scene_handle(self), &arrays.rays, &hits, &arrays.options, &error);
+      Py_BEGIN_ALLOW_THREADS status =
+          trace(scene_handle(self), &arrays.rays, &hits, &arrays.options, &error);
       Py_END_ALLOW_THREADS
     }
     if (status) {
@@ -136,7 +136,7 @@ static PyObject *trace_nearest(PyObject *self, const ray_arguments *arguments, n
 }
 
 PyObject *scene_intersect(PyObject *self, PyObject *args, PyObject *kwargs) {
-  static char *names[] = {"origins", "directions", "t_min",      "t_max",    "threads",
+  static char *names[] = {"origins", "directions", "t_min",    "t_max", "threads",
                           "packet",  "visibility", "counters", NULL};
   ray_arguments from = {0};
   if (!PyArg_ParseTupleAndKeywords(args, kwargs, "OO|OOO$OOO:intersect", names, &from.origins,
@@ -168,8 +168,8 @@ static PyObject *trace_any(PyObject *self, const ray_arguments *from) {
     whittle_status status = WHITTLE_OK;
     whittle_error error = {0};
     if (blocked) {
-      Py_BEGIN_ALLOW_THREADS
-      status = whittle_occluded(scene_handle(self), &arrays.rays, data, &arrays.options, &error);
+      Py_BEGIN_ALLOW_THREADS status =
+          whittle_occluded(scene_handle(self), &arrays.rays, data, &arrays.options, &error);
       Py_END_ALLOW_THREADS
     }
     if (status) {

@@ -313,7 +313,8 @@ def test_one_origin_may_stand_for_all(soup):
 def test_t_is_in_units_of_the_direction(exponent, length):
     scale = length * 2.0**exponent
     hits = built(TRIANGLE, ONE).intersect(DOWN[0], DOWN[1] * scale)
-    np.testing.assert_allclose(hits["t"], min(1 / scale, np.finfo("f4").max), rtol=1e-6, atol=1e-45)
+    wanted = min(1 / scale, float(np.finfo("f4").max))
+    np.testing.assert_allclose(hits["t"].astype(float), wanted, rtol=1e-6, atol=1e-45)
 
 
 @pytest.mark.parametrize("trace", ["intersect", "reference_intersect"])

@@ -151,7 +151,7 @@ class Ticking(threading.Thread):
 
 def test_python_runs_on_meanwhile(large):
     origins, directions = rays(400_000)
-    few = origins[:100], directions[:100]
+    few = origins[:20], directions[:20]
     scene = built(*large)
     view = camera(640, 480)
     calls = {
