@@ -5,8 +5,8 @@
 from math import pi
 
 import bpy
-import pictures
 import numpy as np
+import pictures
 import pytest
 
 
@@ -207,8 +207,9 @@ def test_frame_step_and_camera_markers(busy, addon, tmp_path):
     other = bpy.data.objects.new("Other", bpy.data.cameras.new("Other"))
     other.location = (0, 0, 20)
     busy.collection.objects.link(other)
+    first = busy.camera
+    busy.timeline_markers.new("start", frame=1).camera = first
     busy.timeline_markers.new("cut", frame=3).camera = other
-    busy.timeline_markers.new("start", frame=1).camera = busy.camera
     busy.render.filepath = str(tmp_path / "f_####")
     busy.render.image_settings.file_format = "PNG"
     bpy.ops.render.render(animation=True)
