@@ -32,7 +32,7 @@ Whittle and Embree {version} build the same meshes and trace exactly the same ra
     make bench
 
 which also redraws this page. The machine: {processor}, {threads} threads, instruction set
-{isa}. Ratios above 1 mean that Whittle is faster.
+{isa}; its load before the run was {load}. Ratios above 1 mean that Whittle is faster.
 
 ![Millions of rays a second, by scene and kind of ray](pictures/benchmarks.png)
 
@@ -109,6 +109,7 @@ def page(records: list[Record]) -> str:
             processor=first["processor"],
             threads=max(r["threads"] for r in records),
             isa=first["isa"],
+            load=first["load"],
         )
     ]
     for scene in dict.fromkeys(r["scene"] for r in records):

@@ -22,6 +22,8 @@ DEMO = BUILD / "demo.obj"
 BUNNY = ROOT.parent / "shared" / "scenes" / "stanford-bunny.obj"
 RECORDS = BUILD / "records.json"
 
+BUSY = 0.5  # a load before the run that is worth a word
+
 Record = dict[str, Any]
 
 
@@ -104,10 +106,13 @@ def processor_name() -> str:
 def measure(program: Path, arguments: list[str]) -> Iterator[Record]:
     """Run the program; each record as it comes. CalledProcessError if it fails in the end."""
     command = [str(program), *arguments]
+    machine = {"processor": processor_name(), "load": round(os.getloadavg()[0], 2)}
+    if machine["load"] > BUSY:
+        print(f"Warning: the load is {machine['load']} before the run; figures suffer from it.")
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         for line in process.stdout:
-            yield json.loads(line) | {"processor": processor_name()}
+            yield json.loads(line) | machine
     if process.returncode != 0:
         raise subprocess.CalledProcessError(process.returncode, command)
 
@@ -177,9 +182,6 @@ def run(arguments: argparse.Namespace) -> None:
         if getattr(arguments, name):
             options += [f"--{name}", getattr(arguments, name)]
     scenes = arguments.scenes or default_scenes()
-    busy = os.getloadavg()[0]
-    if busy > 0.5:
-        print(f"Warning: {busy:.1f} other processes were running; figures suffer from company.")
     records = print_records(measure(program, [*options, *scenes]))
     arguments.json.parent.mkdir(parents=True, exist_ok=True)
     arguments.json.write_text(json.dumps(records, indent=1) + "\n")

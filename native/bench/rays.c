@@ -159,40 +159,43 @@ static vector mirrored(vector d, vector n) {
   return subtract(d, scale(n, 2 * dot(d, n)));
 }
 
+static vector light_direction(const mesh *m, const surface *s) {
+  return subtract(m->light, s->point);
+}
+
 /* Mirrors on the smooth normal, or on the geometric one where that would enter the surface. */
-static vector mirror_direction(const surface *s) {
+static vector mirror_direction(const mesh *m, const surface *s) {
+  (void)m;
   vector d = mirrored(s->incoming, s->smooth);
   if (dot(d, s->geometric) > 0)
     return d;
   return mirrored(s->incoming, s->geometric);
 }
 
-stream rays_shadow(const mesh *m, const stream *primary, const hits *found) {
-  stream s = stream_new("shadow", count_hits(primary, found), 0);
-  s.any_hit = 1;
-  s.t_max = 0.9999f;
+/* One ray from each hit, in the order of the primary rays. */
+static stream rays_onward(const char *kind, const mesh *m, const stream *primary, const hits *found,
+                          vector (*direction)(const mesh *, const surface *)) {
+  stream s = stream_new(kind, count_hits(primary, found), 0);
   float offset = 1e-5f * mesh_size(m);
   for (size_t ray = 0, next = 0; ray < primary->count; ray++) {
     if (found->triangle[ray] < 0)
       continue;
     surface at = surface_at(m, primary, found, ray, offset);
     set_origin(&s, next, at.point);
-    set_direction(&s, next++, subtract(m->light, at.point));
+    set_direction(&s, next++, direction(m, &at));
   }
   return s;
 }
 
-stream rays_mirror(const mesh *m, const stream *primary, const hits *found) {
-  stream s = stream_new("mirror", count_hits(primary, found), 0);
-  float offset = 1e-5f * mesh_size(m);
-  for (size_t ray = 0, next = 0; ray < primary->count; ray++) {
-    if (found->triangle[ray] < 0)
-      continue;
-    surface at = surface_at(m, primary, found, ray, offset);
-    set_origin(&s, next, at.point);
-    set_direction(&s, next++, mirror_direction(&at));
-  }
+stream rays_shadow(const mesh *m, const stream *primary, const hits *found) {
+  stream s = rays_onward("shadow", m, primary, found, light_direction);
+  s.any_hit = 1;
+  s.t_max = 0.9999f;
   return s;
+}
+
+stream rays_mirror(const mesh *m, const stream *primary, const hits *found) {
+  return rays_onward("mirror", m, primary, found, mirror_direction);
 }
 
 stream rays_random(const mesh *m, size_t count) {
