@@ -9,6 +9,9 @@
 /* Narrower than this, bins / extent would overflow. */
 #define LEAST_EXTENT 1e-36f
 
+/* From this many fragments on a second set of bins pays for itself. */
+enum { ENOUGH_FOR_TWO = 256 };
+
 bin_map whittle_bin_map(box4 middles, uint32_t bins) {
   /* The largest offset stays below `bins` in spite of three roundings of 2^-24, and above bins - 1:
    * on a usable axis the first and the last bin are never empty, nor is any index out of range. */
@@ -29,18 +32,38 @@ void whittle_bins_clear(bins *b, uint32_t count) {
   memset(b->count, 0, count * sizeof *b->count);
 }
 
+static inline void add(bins *b, const bin_map *map, const whittle_fragment *fragment) {
+  const box4 box = fragment_box(fragment);
+  _Alignas(16) int32_t bin[4];
+  float4_truncate(float4_mul(float4_sub(box4_middle(box), map->origin), map->scale), bin);
+  for (int axis = 0; axis < 3; axis++) {
+    box4 *into = &b->box[axis][bin[axis]];
+    *into = box4_union(*into, box);
+    b->count[bin[axis]][axis]++;
+  }
+}
+
+/* Neighbours in the list are neighbours in space: they would wait for each other at the same bin. */
+static void add_in_two_streams(bins *b, const bin_map *map, const whittle_fragment *fragments,
+                               uint32_t half) {
+  bins second;
+  whittle_bins_clear(&second, map->bins);
+  for (uint32_t i = 0; i < half; i++) {
+    add(b, map, &fragments[i]);
+    add(&second, map, &fragments[half + i]);
+  }
+  whittle_bins_merge(b, &second, map->bins);
+}
+
 void whittle_bins_add(bins *b, const bin_map *map, const whittle_fragment *fragments,
                       uint32_t count) {
-  for (uint32_t i = 0; i < count; i++) {
-    const box4 box = fragment_box(&fragments[i]);
-    _Alignas(16) int32_t bin[4];
-    float4_truncate(float4_mul(float4_sub(box4_middle(box), map->origin), map->scale), bin);
-    for (int axis = 0; axis < 3; axis++) {
-      box4 *into = &b->box[axis][bin[axis]];
-      *into = box4_union(*into, box);
-      b->count[bin[axis]][axis]++;
-    }
+  uint32_t done = 0;
+  if (count >= ENOUGH_FOR_TWO) {
+    add_in_two_streams(b, map, fragments, count / 2);
+    done = count / 2 * 2;
   }
+  for (uint32_t i = done; i < count; i++)
+    add(b, map, &fragments[i]);
 }
 
 void whittle_bins_rank(bins *b, ranks *r, const whittle_fragment *fragments, uint32_t count) {

@@ -28,16 +28,18 @@ uint32_t whittle_count_left(const divider *d, const whittle_fragment *fragments,
 void whittle_partition(const divider *d, const whittle_fragment *fragments, uint32_t count,
                        whittle_fragment *left, whittle_fragment *right, box4 middles[2]) {
   box4 l = box4_empty(), r = box4_empty();
+  const divider own = *d; /* which the stores below cannot change */
   for (uint32_t i = 0; i < count; i++) {
     const box4 box = fragment_box(&fragments[i]);
     const float4 middle = box4_middle(box);
-    const float4 mask = goes_left(d, &fragments[i]);
+    const float4 mask = goes_left(&own, &fragments[i]);
     /* A masked-out middle is NaN, which min and max pass over. */
     const float4 of_left = float4_or(middle, float4_not(mask)), of_right = float4_or(middle, mask);
     l = (box4){float4_min(of_left, l.lo), float4_max(of_left, l.hi)};
     r = (box4){float4_min(of_right, r.lo), float4_max(of_right, r.hi)};
-    const uint32_t side = float4_any(mask);
-    whittle_fragment *to = side ? left : right;
+    const uintptr_t side = float4_any(mask);
+    const uintptr_t both = (uintptr_t)left ^ (uintptr_t)right;
+    whittle_fragment *to = (whittle_fragment *)((uintptr_t)right ^ (both & (0 - side)));
     float4_store(to->lo, box.lo);
     float4_store(to->hi, box.hi);
     left += side;
