@@ -131,9 +131,7 @@ def compare_exposure(
     a, b = ours["Combined"][..., :3], theirs["Combined"][..., :3]
     masks = [("Everything", np.ones(index.shape, dtype=bool))]
     masks += [(names[int(i)], index == i) for i in np.unique(index)]
-    rows = [
-        Exposure(name, int(m.sum()), _mean(a[m]), _mean(b[m])) for name, m in masks if m.any()
-    ]
+    rows = [Exposure(name, int(m.sum()), _mean(a[m]), _mean(b[m])) for name, m in masks if m.any()]
     return rows, a, b
 
 
@@ -290,9 +288,7 @@ def main() -> int:
     parser.add_argument("--json", type=Path, help="write the figures here, and no page")
     arguments = parser.parse_args()
     try:
-        found = measure(
-            arguments.scene, arguments.percent, arguments.samples, arguments.rounds
-        )
+        found = measure(arguments.scene, arguments.percent, arguments.samples, arguments.rounds)
     except (RuntimeError, ValueError, OSError) as error:
         print(f"whittle: {str(error).strip()}", file=sys.stderr)
         return 1

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Whittle Authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders a scene through Blender with Whittle: picture, heatmaps, passes, statistics, one table."""
+"""Renders a scene through Blender with Whittle: picture, heatmaps, passes, numbers, one table."""
 
 from __future__ import annotations
 
