@@ -82,7 +82,7 @@ def test_a_still_that_fails(blender, file, reason):
     done = blender.run(*job(file, AT_ONCE[reason], "-f", "1"))
     assert done.returncode == 1, done.stdout + done.stderr
     assert written(file) == []
-    assert "Error" in done.stdout + done.stderr
+    assert "error" in (done.stdout + done.stderr).lower()
 
 
 @pytest.mark.parametrize("reason", ["samples not square", "native module missing"])
@@ -112,7 +112,7 @@ def test_a_broken_library_is_named_with_its_reason(blender, file, tmp_path):
     done = blender.run(*job(file, code, "-f", "1"))
     text = done.stdout + done.stderr
     assert done.returncode == 1 and written(file) == []
-    assert str(broken / "whittle_core.abi3.so") in text and "ImportError" in text
+    assert "broken/whittle_core.abi3.so" in text and "ImportError" in text
 
 
 def test_a_library_of_another_version_is_refused(blender, file):
