@@ -36,6 +36,8 @@ def main() -> None:
     arguments = parser.parse_args()
     scene = studio.open_scene(arguments.scene)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    for item in scene.objects:  # one mesh cannot hide a lamp's bulb from shadow rays alone
+        item.hide_render = item.hide_render or not item.visible_shadow
     bpy.ops.wm.obj_export(
         filepath=str(arguments.out.resolve()),
         export_eval_mode="DAG_EVAL_RENDER",
