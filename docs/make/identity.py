@@ -48,10 +48,10 @@ class Row:
     render: float
 
 
-def digest(scene: Any, camera: dict[str, Any], settings: dict[str, Any]) -> tuple[str, float]:
+def digest(scene: Any, shot: capture.Shot, changes: dict[str, Any]) -> tuple[str, float]:
     """A hash of every bit of the passes, and the seconds that the render took."""
-    chosen = {"passes": PASSES, "samples": SAMPLES} | settings
-    result = scene.render(camera, chosen)
+    settings = shot.settings | {"passes": PASSES, "samples": SAMPLES} | changes
+    result = scene.render(shot.camera, settings)
     sha = hashlib.sha256()
     for name in PASSES:
         sha.update(result[name].tobytes())
@@ -67,7 +67,7 @@ def run(shot: capture.Shot) -> Iterator[Row]:
         progress(f"same bits: {setting} {value}")
         if build != built:
             seconds, built = scene.build(**build)["seconds"], build
-        found, took = digest(scene, shot.camera, shot.settings | settings)
+        found, took = digest(scene, shot, settings)
         yield Row(setting, value, found, seconds, took)
 
 
@@ -102,7 +102,7 @@ def main() -> None:
     began = time.perf_counter()
     core_scene.build()
     build = time.perf_counter() - began
-    found, took = digest(core_scene, shot.camera, shot.settings)
+    found, took = digest(core_scene, shot, {})
     print()
     print(json.dumps({"isa": shot.core.isa(), "digest": found, "build": build, "render": took}))
 
