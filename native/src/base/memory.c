@@ -7,6 +7,7 @@
 
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/mman.h>
 
 enum { LINE = 64, LARGE_PAGE = 1 << 21 };
@@ -51,10 +52,37 @@ void *whittle_allocate(size_t count, size_t size) {
   return posix_memalign(&start, LINE, bytes + LINE) == 0 ? behind_header(start, 0) : NULL;
 }
 
+static header *header_of(void *memory) {
+  return (header *)((char *)memory - LINE);
+}
+
+/* Whole large pages stay. */
+static void unmap_tail(header *h, size_t bytes) {
+  const size_t kept = (bytes + LINE + LARGE_PAGE - 1) & ~(size_t)(LARGE_PAGE - 1);
+  if (kept >= h->mapped)
+    return;
+  munmap((char *)h->start + kept, h->mapped - kept);
+  h->mapped = kept;
+}
+
+void *whittle_shrink(void *memory, size_t bytes) {
+  header *h = header_of(memory);
+  if (h->mapped) {
+    unmap_tail(h, bytes);
+    return memory;
+  }
+  void *smaller = whittle_allocate(bytes, 1);
+  if (!smaller)
+    return memory;
+  memcpy(smaller, memory, bytes);
+  whittle_release(memory);
+  return smaller;
+}
+
 void whittle_release(void *memory) {
   if (!memory)
     return;
-  const header *h = (const header *)((const char *)memory - LINE);
+  header *h = header_of(memory);
   if (h->mapped)
     munmap(h->start, h->mapped);
   else

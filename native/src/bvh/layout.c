@@ -10,27 +10,25 @@
 enum { GRAIN = 8 };
 
 typedef struct packing {
-  const whittle_node *reserved;
-  segment *segments;
-  uint64_t count;
+  const node_pool *pool;
   whittle_node *nodes;
 } packing;
 
 static int by_place(const void *a, const void *b) {
-  const uint64_t x = ((const segment *)a)->place, y = ((const segment *)b)->place;
+  const uint32_t x = ((const segment *)a)->place, y = ((const segment *)b)->place;
   return (x > y) - (x < y);
 }
 
-static const segment *segment_at(const packing *p, uint64_t place) {
-  uint64_t low = 0, high = p->count;
+static const segment *segment_at(const node_pool *pool, uint32_t place) {
+  uint32_t low = 0, high = pool->segment_count;
   while (high - low > 1) {
-    const uint64_t middle = low + (high - low) / 2;
-    if (p->segments[middle].place <= place)
+    const uint32_t middle = low + (high - low) / 2;
+    if (pool->segments[middle].place <= place)
       low = middle;
     else
       high = middle;
   }
-  return &p->segments[low];
+  return &pool->segments[low];
 }
 
 static double half_area(const whittle_node *node) {
@@ -51,55 +49,57 @@ static void judge(segment *s, const whittle_node *node) {
     s->largest_leaf = node->count;
 }
 
-static void pack(packing *p, segment *s) {
+static void pack(const packing *p, segment *s, const whittle_node *from) {
   for (uint32_t i = 0; i < s->count; i++) {
-    whittle_node node = p->reserved[s->place + i];
+    whittle_node node = from[i];
     judge(s, &node);
-    if (node.count == 0) {
-      const uint64_t child = node.left_first;
-      const segment *home = child - s->place < s->count ? s : segment_at(p, child);
-      node.left_first = (uint32_t)(child - home->place + home->target);
-    }
+    if (node.count == 0)
+      node.left_first = s->subtree ? node.left_first + s->target
+                                   : segment_at(p->pool, node.left_first)->target;
     p->nodes[s->target + i] = node;
   }
 }
 
 static void pack_pieces(void *context, uint64_t begin, uint64_t end) {
-  packing *p = context;
+  const packing *p = context;
   for (uint64_t i = begin; i < end; i++)
-    pack(p, &p->segments[i]);
+    pack(p, &p->pool->segments[i], p->pool->nodes + p->pool->segments[i].source);
 }
 
-whittle_status whittle_layout(whittle_team *team, const whittle_node *reserved, segment *segments,
-                              uint64_t count, float traversal_cost, whittle_bvh *bvh,
-                              whittle_error *error) {
-  uint64_t nodes = 1;
-  qsort(segments, count, sizeof *segments, by_place);
-  for (uint64_t i = 0; i < count; i++) {
-    segments[i].target = nodes;
-    nodes += segments[i].count;
-  }
-  bvh->block = whittle_allocate(nodes + 1, sizeof *bvh->block);
-  if (!bvh->block)
-    return whittle_out_of_memory(error, "the nodes of the tree");
-  bvh->nodes = bvh->block + 1;
-  bvh->node_count = (uint32_t)nodes;
-  packing p = {reserved, segments, count, bvh->nodes};
-  whittle_team_for(team, count, GRAIN, pack_pieces, &p);
-  segment sum = {.place = 0};
-  segment root = {.place = 0, .target = 0, .count = 1};
-  pack(&p, &root);
-  sum = root;
-  for (uint64_t i = 0; i < count; i++) {
-    sum.inner_area += segments[i].inner_area;
-    sum.leaf_cost += segments[i].leaf_cost;
-    sum.leaves += segments[i].leaves;
-    if (segments[i].largest_leaf > sum.largest_leaf)
-      sum.largest_leaf = segments[i].largest_leaf;
+/* Adds up in the order of places, so that the sums have the same bits for any number of workers. */
+static void summarise(const node_pool *pool, segment sum, float traversal_cost, whittle_bvh *bvh) {
+  for (uint32_t i = 0; i < pool->segment_count; i++) {
+    const segment *s = &pool->segments[i];
+    sum.inner_area += s->inner_area;
+    sum.leaf_cost += s->leaf_cost;
+    sum.leaves += s->leaves;
+    if (s->largest_leaf > sum.largest_leaf)
+      sum.largest_leaf = s->largest_leaf;
   }
   const double whole = half_area(&bvh->nodes[0]);
   bvh->leaves = sum.leaves;
   bvh->largest_leaf = sum.largest_leaf;
-  bvh->sah_cost = whole > 0.0 ? (traversal_cost * sum.inner_area + sum.leaf_cost) / whole : 0.0;
+  bvh->sah_cost =
+      whole > 0.0 ? ((double)traversal_cost * sum.inner_area + sum.leaf_cost) / whole : 0.0;
+}
+
+whittle_status whittle_layout(whittle_team *team, node_pool *pool, float traversal_cost,
+                              whittle_bvh *bvh, whittle_error *error) {
+  qsort(pool->segments, pool->segment_count, sizeof *pool->segments, by_place);
+  uint32_t nodes = 1;
+  for (uint32_t i = 0; i < pool->segment_count; i++) {
+    pool->segments[i].target = nodes;
+    nodes += pool->segments[i].count;
+  }
+  bvh->block = whittle_allocate((size_t)nodes + 1, sizeof *bvh->block);
+  if (!bvh->block)
+    return whittle_out_of_memory(error, "the nodes of the tree");
+  bvh->nodes = bvh->block + 1;
+  bvh->node_count = nodes;
+  packing p = {pool, bvh->nodes};
+  whittle_team_for(team, pool->segment_count, GRAIN, pack_pieces, &p);
+  segment root = {.count = 1};
+  pack(&p, &root, &pool->root);
+  summarise(pool, root, traversal_cost, bvh);
   return WHITTLE_OK;
 }

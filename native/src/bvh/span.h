@@ -33,7 +33,7 @@ typedef struct span {
   box4 bounds;
   box4 middles;       /* bounds of the doubled centroids */
   whittle_node *node; /* what is to become of the span */
-  whittle_node *room; /* 2 (count - 1) nodes for those below it */
+  uint32_t room;      /* the first of 2 (count - 1) places for the nodes below it */
   uint32_t first, count, depth;
   uint32_t buffer; /* which of the two holds the fragments */
 } span;

@@ -57,14 +57,11 @@ static whittle_status lead(build *b) {
       .max_leaf = b->options.max_leaf,
       .traversal_cost = b->options.traversal_cost,
   };
-  status = whittle_bvh_build(&b->team, b->flat.fragments, (uint32_t)b->flat.count, &options,
-                             &b->bvh, error);
+  status = whittle_bvh_build(&b->team, b->flat.fragments, b->flat.spare, (uint32_t)b->flat.count,
+                             &options, &b->bvh, error);
   if (status != WHITTLE_OK)
     return status;
-  b->records = whittle_allocate(b->flat.count, sizeof *b->records);
-  if (!b->records)
-    return whittle_out_of_memory(error, "the triangles of the tree");
-  whittle_flat_records(&b->team, b->scene, &b->flat, b->records);
+  b->records = whittle_flat_records(&b->team, b->scene, &b->flat);
   return WHITTLE_OK;
 }
 

@@ -80,7 +80,7 @@ void whittle_flat_free(flat_scene *flat) {
   whittle_release(flat->index.first_triangle);
   whittle_release(flat->index.first_vertex);
   whittle_release(flat->vertices);
-  whittle_release(flat->fragments);
+  whittle_release(flat->block);
   whittle_release(flat->drops);
   memset(flat, 0, sizeof *flat);
 }
@@ -200,13 +200,15 @@ whittle_status whittle_flatten(whittle_team *team, const whittle_scene *scene, f
                                whittle_error *error) {
   flatten f = {.team = team, .scene = scene, .flat = flat, .bounds = EMPTY};
   const uint64_t total = flat->index.triangles;
-  flat->fragments = whittle_allocate(total, sizeof *flat->fragments);
+  flat->block = whittle_allocate(2 * (total + 1), sizeof *flat->fragments);
   flat->vertices = whittle_allocate(flat->index.vertices, 3 * sizeof(float));
   f.kept = whittle_allocate(total / GRAIN + 1, sizeof *f.kept);
-  if (!flat->fragments || !flat->vertices || !f.kept) {
+  if (!flat->block || !flat->vertices || !f.kept) {
     whittle_release(f.kept);
     return whittle_out_of_memory(error, "the triangles to build from");
   }
+  flat->spare = flat->block;
+  flat->fragments = flat->spare + total + 1;
   pthread_mutex_init(&f.lock, NULL);
   whittle_team_for(team, flat->index.vertices, GRAIN, bound_vertices, &f);
   flat->frame = whittle_frame_of(&f.bounds);
@@ -220,35 +222,46 @@ whittle_status whittle_flatten(whittle_team *team, const whittle_scene *scene, f
   return WHITTLE_OK;
 }
 
+_Static_assert(3 * sizeof(whittle_fragment) == 2 * sizeof(triangle_record),
+               "two thirds of the records fill the spare fragments");
+
 typedef struct record_writer {
   whittle_team *team;
   const whittle_scene *scene;
   const flat_scene *flat;
   triangle_record *records;
+  uint64_t first;
 } record_writer;
 
 static void write_records(void *context, uint64_t begin, uint64_t end) {
   const record_writer *w = context;
-  for (uint64_t i = begin; i < end; i++) {
+  for (uint64_t i = w->first + begin; i < w->first + end; i++) {
     const whittle_fragment *fragment = &w->flat->fragments[i];
     const instance *where = &w->scene->instances[fragment->instance];
-    triangle_record *record = &w->records[i];
+    const uint64_t rank = w->flat->index.first_triangle[fragment->instance] + fragment->triangle;
     const float *corner[3];
     corners_of(w->flat, &w->scene->meshes[where->mesh], fragment->instance, fragment->triangle,
                corner);
-    memcpy(record->v0, corner[0], sizeof record->v0);
-    memcpy(record->v1, corner[1], sizeof record->v1);
-    memcpy(record->v2, corner[2], sizeof record->v2);
-    record->instance = fragment->instance;
-    record->triangle = fragment->triangle;
-    record->primitive =
-        (uint32_t)(w->flat->index.first_triangle[fragment->instance] + fragment->triangle);
+    triangle_record record = {.instance = fragment->instance,
+                              .triangle = fragment->triangle,
+                              .primitive = (uint32_t)rank};
+    memcpy(record.v0, corner[0], sizeof record.v0);
+    memcpy(record.v1, corner[1], sizeof record.v1);
+    memcpy(record.v2, corner[2], sizeof record.v2);
+    w->records[i] = record;
   }
   whittle_advance(w->team->state, RECORD_UNITS * (end - begin));
 }
 
-void whittle_flat_records(whittle_team *team, const whittle_scene *scene, const flat_scene *flat,
-                          triangle_record *records) {
-  record_writer w = {team, scene, flat, records};
-  whittle_team_for(team, flat->count, GRAIN, write_records, &w);
+/* The first two thirds of the records go where the spare fragments were, and the last third over
+ * the first half of the fragments, whose records are then written: no fragment is lost. */
+triangle_record *whittle_flat_records(whittle_team *team, const whittle_scene *scene,
+                                      flat_scene *flat) {
+  const uint64_t early = 2 * flat->count / 3;
+  record_writer w = {team, scene, flat, flat->block, 0};
+  whittle_team_for(team, early, GRAIN, write_records, &w);
+  w.first = early;
+  whittle_team_for(team, flat->count - early, GRAIN, write_records, &w);
+  flat->block = NULL;
+  return whittle_shrink(w.records, flat->count * sizeof *w.records);
 }

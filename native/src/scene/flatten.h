@@ -25,7 +25,9 @@ typedef struct flat_scene {
   flat_index index;
   scene_frame frame;
   float *vertices; /* x, y, z in scene space by placed vertex; NaN: not finite */
-  whittle_fragment *fragments;
+  void *block;                 /* memory of the two below, and then of the records */
+  whittle_fragment *fragments; /* behind the spare ones */
+  whittle_fragment *spare;
   uint64_t count;
   mesh_drops *drops; /* by mesh */
 } flat_scene;
@@ -38,9 +40,10 @@ void whittle_flat_free(flat_scene *flat);
 whittle_status whittle_flatten(whittle_team *team, const whittle_scene *scene, flat_scene *flat,
                                whittle_error *error);
 
-/* Writes the record of each fragment, in their order. */
-void whittle_flat_records(whittle_team *team, const whittle_scene *scene, const flat_scene *flat,
-                          triangle_record *records);
+/* Turns the fragments into records, in their order and in their memory, which is no longer `flat`'s
+ * but the caller's to release. */
+triangle_record *whittle_flat_records(whittle_team *team, const whittle_scene *scene,
+                                      flat_scene *flat);
 
 /* How many units the two add to the run's `done`. */
 uint64_t whittle_flat_units(const flat_scene *flat);
