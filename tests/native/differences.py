@@ -64,9 +64,7 @@ def locate(vertices: NDArray, origin: NDArray, direction: NDArray, edge_rounding
         [wide[rows, :, k] - (d[rows, k] / d[rows, z])[:, None] * depth for k in (x, y)], axis=2
     )
     reach = edge_roundings * ROUNDING * np.abs(wide).max(axis=(1, 2))
-    edge = np.min(
-        [_segment_distance(flat[:, i], flat[:, (i + 1) % 3]) for i in range(3)], axis=0
-    )
+    edge = np.min([_segment_distance(flat[:, i], flat[:, (i + 1) % 3]) for i in range(3)], axis=0)
     weight = np.stack(
         [
             flat[:, (i + 1) % 3, 0] * flat[:, (i + 2) % 3, 1]
@@ -82,7 +80,9 @@ def locate(vertices: NDArray, origin: NDArray, direction: NDArray, edge_rounding
         at = np.einsum("ki,ki->k", weight, depth) / total
         at = np.where(np.isfinite(at), np.clip(at, low, high), 0.5 * (low + high))
         size = np.linalg.norm(flat, axis=2)
-        lever = np.abs(depth - at[:, None]) * (np.roll(size, -1, axis=1) + np.roll(size, -2, axis=1))
+        lever = np.abs(depth - at[:, None]) * (
+            np.roll(size, -1, axis=1) + np.roll(size, -2, axis=1)
+        )
         most = reach * lever.sum(axis=1) / np.abs(total)
     most = np.minimum(np.where(np.isfinite(most), most, np.inf), high - low)
     bound = most + 16 * ROUNDING * np.abs(depth).max(axis=1)
@@ -103,7 +103,9 @@ def classify(
     counts = dict.fromkeys(CLASSES, 0)
     (t, hit), (t_ref, hit_ref) = ours, theirs
     with np.errstate(invalid="ignore"):
-        close = (hit == hit_ref) & ((hit < 0) | (np.abs(t - t_ref) <= 16 * ROUNDING * np.abs(t_ref)))
+        close = (hit == hit_ref) & (
+            (hit < 0) | (np.abs(t - t_ref) <= 16 * ROUNDING * np.abs(t_ref))
+        )
     counts["same"] = int(close.sum())
     rows = np.flatnonzero(~close)
     if len(rows) == 0:

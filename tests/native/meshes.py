@@ -42,7 +42,9 @@ def icosphere(divisions: int = 3, radius: float = 1.0, center=(0.0, 0.0, 0.0)) -
     """A closed sphere of 20 * 4^divisions triangles with shared vertices, rounded to float last."""
     phi = (1 + 5**0.5) / 2
     points = [(s, t * phi, 0) for t in (-1, 1) for s in (-1, 1)]
-    points = np.array(points + [(0, a, b) for a, b, _ in points] + [(b, 0, a) for a, b, _ in points])
+    points = np.array(
+        points + [(0, a, b) for a, b, _ in points] + [(b, 0, a) for a, b, _ in points]
+    )
     length = np.linalg.norm(points[:, None] - points[None], axis=2)
     near = (length > 0) & (length < 2.1)
     faces = [
@@ -140,7 +142,9 @@ def coplanar_duplicates(copies: int = 3, cells: int = 12) -> Mesh:
     random = np.random.default_rng(27)
     i, j = np.meshgrid(np.arange(cells), np.arange(cells), indexing="ij")
     a = (i * (cells + 1) + j).ravel()
-    quad = np.stack([a, a + cells + 1, a + cells + 2, a, a + cells + 2, a + 1], axis=1).reshape(-1, 3)
+    quad = np.stack([a, a + cells + 1, a + cells + 2, a, a + cells + 2, a + 1], axis=1).reshape(
+        -1, 3
+    )
     x, y = np.meshgrid(*[np.linspace(-1, 1, cells + 1)] * 2, indexing="ij")
     plane = np.stack([x, y, 0.25 * x + 0.5 * y], axis=-1)
     return join(*(pack(plane, random.permutation(quad)) for _ in range(copies)))

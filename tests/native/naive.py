@@ -77,7 +77,9 @@ def trace(
     return t, found
 
 
-def pairs(corners: NDArray, origins: NDArray, directions: NDArray, test: int) -> NDArray[np.float32]:
+def pairs(
+    corners: NDArray, origins: NDArray, directions: NDArray, test: int
+) -> NDArray[np.float32]:
     """t of ray i and triangle i without any box; infinity where they miss."""
     v, o, d = _floats(corners), _floats(origins), _floats(directions)
     t = np.empty(len(v), np.float32)
@@ -107,7 +109,9 @@ def box_losses(corners: NDArray, origins: NDArray, directions: NDArray, test: in
 def edge_asymmetry(a: NDArray, b: NDArray, fused: bool) -> int:
     """Pairs of points (k, 2) whose edge functions are not each other's negation."""
     a, b = _floats(a), _floats(b)
-    return library().naive_edge_asymmetry(int(fused), _pointer(a), _pointer(b), ctypes.c_int64(len(a)))
+    return library().naive_edge_asymmetry(
+        int(fused), _pointer(a), _pointer(b), ctypes.c_int64(len(a))
+    )
 
 
 def frustum_culls(origin: NDArray, directions: NDArray, corner_rays: NDArray, boxes: NDArray):

@@ -251,7 +251,9 @@ def from_boxes(count: int):
 def starts(count: int) -> Result:
     corners, origin, direction = from_boxes(count)
     scene, _ = scene_of(meshes.soup(corners))
-    lost = [int((scene.intersect(origin, direction, packet=p)["triangle"] < 0).sum()) for p in (1, 256)]
+    lost = [
+        int((scene.intersect(origin, direction, packet=p)["triangle"] < 0).sum()) for p in (1, 256)
+    ]
     return Result(max(lost), len(origin))
 
 

@@ -50,8 +50,12 @@ def tree_faults(scene: whittle_core.Scene, stats: dict) -> list[str]:
             faults.append("a child reaches out of its parent")
     corners = triangles["vertices"]
     owner = np.repeat(np.flatnonzero(leaf), nodes["count"][leaf])
-    order = np.concatenate([np.arange(f, f + n) for f, n in zip(first[leaf], nodes["count"][leaf], strict=True)])
-    if (corners[order].min(axis=1) < low[owner]).any() or (corners[order].max(axis=1) > high[owner]).any():
+    order = np.concatenate(
+        [np.arange(f, f + n) for f, n in zip(first[leaf], nodes["count"][leaf], strict=True)]
+    )
+    if (corners[order].min(axis=1) < low[owner]).any() or (
+        corners[order].max(axis=1) > high[owner]
+    ).any():
         faults.append("a triangle reaches out of its leaf")
     return faults
 
@@ -255,10 +259,23 @@ SAH = "binned builder in plain float without a fallback"
 HALVES = "split of boxes in halves"
 CASES = [
     build_case("28", "100,000 identical triangles", identical, "largest_leaf", MAX_LEAF, SAH),
-    build_case("29", "2,000 triangles about one centroid", concentric, "largest_leaf", MAX_LEAF, SAH),
-    build_case("30", "triangles at x = 2^i, i = -60 to 59", geometric, "depth", 64, HALVES, midpoint=True),
-    build_case("31", "250 nested triangles of sizes 2^(0.4 i)", nested, "depth", 64, HALVES, midpoint=True),
-    build_case("32", "unit sphere at 1e6 and 1e8, by vertices and by transform", far_unit, "largest_leaf", MAX_LEAF, SAH),
+    build_case(
+        "29", "2,000 triangles about one centroid", concentric, "largest_leaf", MAX_LEAF, SAH
+    ),
+    build_case(
+        "30", "triangles at x = 2^i, i = -60 to 59", geometric, "depth", 64, HALVES, midpoint=True
+    ),
+    build_case(
+        "31", "250 nested triangles of sizes 2^(0.4 i)", nested, "depth", 64, HALVES, midpoint=True
+    ),
+    build_case(
+        "32",
+        "unit sphere at 1e6 and 1e8, by vertices and by transform",
+        far_unit,
+        "largest_leaf",
+        MAX_LEAF,
+        SAH,
+    ),
     build_case("33", "sphere with one axis of 1e-40", thin_axis, "bad_bins", 0, SAH),
     build_case("34", "spheres of radius 1e18 to 1e38", huge, "bad_costs", 0, SAH),
     build_case("35", "spheres of radius 1e-19 to 1e-30", tiny, "largest_leaf", MAX_LEAF, SAH),
@@ -271,5 +288,7 @@ CASES = [
         broken_naive,
         "boxes grown by compares that let NaN in",
     ),
-    build_case("40", "0 to 3 triangles, all on a line, all in a plane", few, "largest_leaf", MAX_LEAF, SAH),
+    build_case(
+        "40", "0 to 3 triangles, all on a line, all in a plane", few, "largest_leaf", MAX_LEAF, SAH
+    ),
 ]

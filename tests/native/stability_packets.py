@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stability cases of packets: frusta far away, mixed signs, odd image sizes, equal distances."""
 
-from functools import partial
-
 import aim
 import meshes
 import naive
@@ -212,7 +210,9 @@ def lowest_copy(mesh: meshes.Mesh) -> NDArray[np.int64]:
 
 def duplicate_rays(count: int) -> tuple[meshes.Mesh, Rays]:
     mesh = meshes.coplanar_duplicates()
-    parts = [aim.from_around(mesh, kind, count // 2, seed) for seed, kind in enumerate(aim.KINDS[1:])]
+    parts = [
+        aim.from_around(mesh, kind, count // 2, seed) for seed, kind in enumerate(aim.KINDS[1:])
+    ]
     return mesh, (np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts]))
 
 

@@ -107,9 +107,9 @@ def shared_edge_signs(count: int) -> Result:
 def shared_edge_signs_naive(count: int) -> Result:
     random = np.random.default_rng(6)
     a = random.uniform(-1, 1, (min(count, 1_000_000), 2)).astype(np.float32)
-    b = (a * random.uniform(0.5, 2, (len(a), 1)) * (1 + random.uniform(-3e-7, 3e-7, a.shape))).astype(
-        np.float32
-    )
+    b = (
+        a * random.uniform(0.5, 2, (len(a), 1)) * (1 + random.uniform(-3e-7, 3e-7, a.shape))
+    ).astype(np.float32)
     assert naive.edge_asymmetry(a, b, fused=False) == 0
     return Result(naive.edge_asymmetry(a, b, fused=True), len(a))
 
