@@ -22,7 +22,7 @@ static bool argument_integer(PyObject *object, const char *name, long long least
 }
 
 bool argument_uint32(PyObject *object, const char *name, uint32_t least, uint32_t *value) {
-  long long wide;
+  long long wide = 0;
   if (!argument_integer(object, name, least, UINT32_MAX, &wide))
     return false;
   *value = (uint32_t)wide;
@@ -30,7 +30,7 @@ bool argument_uint32(PyObject *object, const char *name, uint32_t least, uint32_
 }
 
 bool argument_int32(PyObject *object, const char *name, int32_t *value) {
-  long long wide;
+  long long wide = 0;
   if (!argument_integer(object, name, INT32_MIN, INT32_MAX, &wide))
     return false;
   *value = (int32_t)wide;

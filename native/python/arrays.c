@@ -67,8 +67,8 @@ static PyObject *convert(PyObject *numpy, const char *how, PyObject *array, char
 
 static bool read_array(PyObject *numpy, PyObject *array, const char *name, array_kind wanted,
                        array_view *view) {
-  char kind;
-  long itemsize, size;
+  char kind = 0;
+  long itemsize = 0, size = 0;
   if (!dtype_of(array, &kind, &itemsize) || !attribute_long(array, "size", &size))
     return false;
   const char type = read_as(wanted, kind, itemsize, size == 0);

@@ -14,7 +14,7 @@
 typedef struct whittle_run_state {
   atomic_int cancelled;
   atomic_uint_fast64_t done;
-  uint64_t total;
+  atomic_uint_fast64_t total; /* 0 until the work is known */
 } whittle_run_state;
 
 typedef void whittle_worker(void *context, uint32_t worker, whittle_run_state *state);

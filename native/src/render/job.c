@@ -54,7 +54,9 @@ double whittle_job_poll(const whittle_job *job, int *done) {
     *done = atomic_load(&job->ended);
   const double total = (double)job->state.total;
   const double units = (double)atomic_load_explicit(&job->state.done, memory_order_relaxed);
-  return total > 0.0 && units < total ? units / total : atomic_load(&job->ended) ? 1.0 : 0.0;
+  if (total > 0.0)
+    return units < total ? units / total : 1.0;
+  return atomic_load(&job->ended) ? 1.0 : 0.0;
 }
 
 void whittle_job_cancel(whittle_job *job) { atomic_store(&job->state.cancelled, 1); }
