@@ -45,7 +45,10 @@ static inline int s_above(uint32_t x, uint32_t a) { return a > x; } /* lanes of 
 
 typedef __m128 f4_float;
 
-static inline __m128 f4_load(const float *p) { return _mm_loadu_ps(p); }
+/* Three numbers and 0: what follows them in memory may be an index, and slow as a denormal float. */
+static inline __m128 f4_load3(const float *p) {
+  return _mm_blend_ps(_mm_loadu_ps(p), _mm_setzero_ps(), 8);
+}
 static inline __m128 f4_set(float x) { return _mm_set1_ps(x); }
 static inline __m128 f4_make(float x, float y, float z, float w) { return _mm_setr_ps(x, y, z, w); }
 static inline __m128 f4_min(__m128 a, __m128 b) { return _mm_min_ps(a, b); }

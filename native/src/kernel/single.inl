@@ -34,9 +34,9 @@ static inline void single_ray_load(const ray_stream *rays, uint32_t i, single_ra
 }
 
 /* Whether the ray enters a node before its nearest hit, and where: s_slab of triangle.inl, four
- * lanes at a time (the fourth holds an index and is not looked at). */
+ * lanes at a time (the fourth is not looked at). */
 static inline bool single_enters(const single_ray *ray, const whittle_node *node, float *entry) {
-  const f4_float low = f4_load(node->bounds_min), high = f4_load(node->bounds_max);
+  const f4_float low = f4_load3(node->bounds_min), high = f4_load3(node->bounds_max);
   const f4_float lowest = f4_set(-__builtin_inff()), highest = f4_set(__builtin_inff());
   const f4_float close = f4_by_sign(ray->inverse, low, high) - ray->origin;
   const f4_float away = f4_by_sign(ray->inverse, high, low) - ray->origin;
