@@ -43,7 +43,8 @@ static inline void add(bins *b, const bin_map *map, const whittle_fragment *frag
   }
 }
 
-/* Neighbours in the list are neighbours in space: they would wait for each other at the same bin. */
+/* Neighbours in the list are neighbours in space: they would wait for each other at the same bin.
+ */
 static void add_in_two_streams(bins *b, const bin_map *map, const whittle_fragment *fragments,
                                uint32_t half) {
   bins second;

@@ -2,10 +2,10 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 /* Growing the tree from the root: by tasks while spans are large, then by recursion.
  *
- * Nodes are numbered by places: a span of n fragments has room for the 2 (n - 1) nodes below it, its
- * two children first, then the left child's room, then the right one's. So a node's place follows
- * from the splits above it alone, never from who made it when; leaves of several triangles leave
- * gaps, which the layout closes. */
+ * Nodes are numbered by places: a span of n fragments has room for the 2 (n - 1) nodes below it,
+ * its two children first, then the left child's room, then the right one's. So a node's place
+ * follows from the splits above it alone, never from who made it when; leaves of several triangles
+ * leave gaps, which the layout closes. */
 
 #include "base/memory.h"
 #include "bvh/divide.h"
@@ -19,7 +19,9 @@ enum { BLOCK = 2048 };
 typedef struct builder {
   divide_context divide;
   pthread_mutex_t lock; /* of all below */
-  node_pool pool;
+  segment_list list;
+  whittle_node *pool; /* for nodes that find no room among the spare fragments */
+  uint32_t pool_count;
   uint32_t depth;
 } builder;
 
@@ -74,22 +76,22 @@ static void grow(grower *g, const span *s) {
   grow(g, &children[1]);
 }
 
-/* Takes nodes of the pool for a segment; NULL if it has none. */
-static whittle_node *add_segment(builder *b, uint32_t place, uint32_t count, bool subtree,
-                                 uint32_t depth) {
+/* Nodes that were made together are kept, and this is where. */
+static whittle_node *keep(builder *b, segment made, whittle_node *room, uint32_t depth) {
   pthread_mutex_lock(&b->lock);
-  node_pool *pool = &b->pool;
-  whittle_node *nodes = pool->nodes + pool->node_count;
-  if (count)
-    pool->segments[pool->segment_count++] = (segment){
-        .place = place, .subtree = subtree, .source = pool->node_count, .count = count};
-  pool->node_count += count;
+  whittle_node *nodes = room ? room : b->pool + b->pool_count;
+  b->pool_count += room ? 0 : made.count;
+  made.nodes = nodes;
+  if (made.count)
+    b->list.segments[b->list.count++] = made;
   if (depth > b->depth)
     b->depth = depth;
   pthread_mutex_unlock(&b->lock);
   return nodes;
 }
 
+/* A block's fragments end in buffer 0, and then buffer 1 has room for as many nodes: enough if its
+ * leaves hold two triangles or more on average. */
 static void grow_block(builder *b, const span *s) {
   grower g;
   g.b = b;
@@ -98,9 +100,14 @@ static void grow_block(builder *b, const span *s) {
   grow(&g, s);
   if (s->node->count == 0)
     s->node->left_first = s->room;
-  memcpy(add_segment(b, s->room, g.count, true, g.depth), g.nodes, g.count * sizeof *g.nodes);
+  void *spare = b->divide.buffer[1] + s->first;
+  const segment made = {.count = g.count, .place = s->room, .subtree = true};
+  memcpy(keep(b, made, g.count <= s->count ? spare : NULL, g.depth), g.nodes,
+         g.count * sizeof *g.nodes);
   whittle_advance(b->divide.team->state, units(s->count));
 }
+
+_Static_assert(sizeof(whittle_fragment) == sizeof(whittle_node), "one takes the other's room");
 
 static void divide_span(builder *b, const span *s, span children[2]) {
   bins bins;
@@ -121,7 +128,7 @@ static void grow_span(void *context, const void *argument) {
     divide_span(b, &s, children);
     if (whittle_cancelled(team->state))
       return;
-    whittle_node *pair = add_segment(b, s.room, 2, false, 0);
+    whittle_node *pair = keep(b, (segment){.count = 2, .place = s.room}, NULL, 0);
     set_node(s.node, &s, s.room, 0);
     children[0].node = pair;
     children[1].node = pair + 1;
@@ -164,7 +171,7 @@ static whittle_status grow_tree(builder *b, uint32_t count, whittle_bvh *bvh,
   whittle_team *team = b->divide.team;
   span root = {.bounds = box4_empty(),
                .middles = box4_empty(),
-               .node = &b->pool.root,
+               .node = &b->list.root,
                .room = 1,
                .count = count};
   measure m = {b, &root};
@@ -175,7 +182,7 @@ static whittle_status grow_tree(builder *b, uint32_t count, whittle_bvh *bvh,
   if (whittle_cancelled(team->state))
     return WHITTLE_CANCELLED;
   bvh->depth = b->depth;
-  return whittle_layout(team, &b->pool, b->divide.options.traversal_cost, bvh, error);
+  return whittle_layout(team, &b->list, b->divide.options.traversal_cost, bvh, error);
 }
 
 whittle_status whittle_bvh_build(whittle_team *team, whittle_fragment *fragments,
@@ -189,19 +196,19 @@ whittle_status whittle_bvh_build(whittle_team *team, whittle_fragment *fragments
   /* At most count / BLOCK spans above BLOCK at each depth, each with a pair and two blocks. */
   const size_t segments = 3 * WHITTLE_MAX_DEPTH * (size_t)(count / BLOCK) + 1;
   b.divide.left_counts = whittle_allocate(whittle_left_counts(count), sizeof(uint32_t));
-  b.pool.nodes = whittle_allocate(2 * (size_t)count, sizeof(whittle_node));
-  b.pool.segments = whittle_allocate(segments, sizeof(segment));
+  b.pool = whittle_allocate(2 * (size_t)count, sizeof(whittle_node));
+  b.list.segments = whittle_allocate(segments, sizeof(segment));
   pthread_mutex_init(&b.divide.lock, NULL);
   pthread_mutex_init(&b.lock, NULL);
   whittle_status status;
-  if (b.divide.left_counts && b.pool.nodes && b.pool.segments)
+  if (b.divide.left_counts && b.pool && b.list.segments)
     status = grow_tree(&b, count, bvh, error);
   else
     status = whittle_out_of_memory(error, "building the tree");
   pthread_mutex_destroy(&b.lock);
   pthread_mutex_destroy(&b.divide.lock);
   whittle_release(b.divide.left_counts);
-  whittle_release(b.pool.nodes);
-  whittle_release(b.pool.segments);
+  whittle_release(b.pool);
+  whittle_release(b.list.segments);
   return status;
 }

@@ -33,9 +33,10 @@ typedef struct whittle_bvh {
   double sah_cost;
 } whittle_bvh;
 
-/* Builds the tree over fragments, which end up in leaf order; `spare` has room for as many. Called by the leader of a team whose
- * members help. The tree depends on the fragments, their order and the options alone. `count` is at
- * most 2^31 - 1. WHITTLE_CANCELLED, or a tree of no use, if the run was cancelled. */
+/* Builds the tree over fragments, which end up in leaf order; `spare` has room for as many. Called
+ * by the leader of a team whose members help. The tree depends on the fragments, their order and
+ * the options alone. `count` is at most 2^31 - 1. WHITTLE_CANCELLED, or a tree of no use, if the
+ * run was cancelled. */
 whittle_status whittle_bvh_build(whittle_team *team, whittle_fragment *fragments,
                                  whittle_fragment *spare, uint32_t count,
                                  const whittle_bvh_options *options, whittle_bvh *bvh,

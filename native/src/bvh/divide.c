@@ -57,8 +57,7 @@ static bool divide_by_ranks(const divide_context *c, bins *own, const span *s, s
   ranks ranks;
   split best;
   whittle_bins_rank(own, &ranks, fragments, s->count);
-  const bool found =
-      whittle_bins_split(own, s->count, float4_every(), s->bounds, s->count, &best);
+  const bool found = whittle_bins_split(own, s->count, float4_every(), s->bounds, s->count, &best);
   const choice choice = whittle_choose(c, s, found, &best);
   if (choice == LEAF)
     return false;

@@ -17,7 +17,7 @@ typedef struct divide_context {
 } divide_context;
 
 enum {
-  DIVIDE_GRAIN = 8192,              /* fragments in a piece of the team's work */
+  DIVIDE_GRAIN = 8192,             /* fragments in a piece of the team's work */
   DIVIDE_LARGE = 4 * DIVIDE_GRAIN, /* spans above this are worth the team's while */
 };
 

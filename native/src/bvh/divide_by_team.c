@@ -79,8 +79,7 @@ void whittle_divide_by_team(divide_context *c, bins *own, const span *s, span ch
   whittle_team_for(c->team, s->count, DIVIDE_GRAIN, bin_piece, &t);
   if (whittle_cancelled(c->team->state))
     return;
-  const bool found =
-      whittle_bins_split(own, t.map.bins, t.map.usable, s->bounds, s->count, &best);
+  const bool found = whittle_bins_split(own, t.map.bins, t.map.usable, s->bounds, s->count, &best);
   if (whittle_choose(c, s, found, &best) == HALVE) {
     whittle_halve(c, s, children);
     return;

@@ -10,7 +10,7 @@
 enum { GRAIN = 8 };
 
 typedef struct packing {
-  const node_pool *pool;
+  const segment_list *list;
   whittle_node *nodes;
 } packing;
 
@@ -19,16 +19,16 @@ static int by_place(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
-static const segment *segment_at(const node_pool *pool, uint32_t place) {
-  uint32_t low = 0, high = pool->segment_count;
+static const segment *segment_at(const segment_list *list, uint32_t place) {
+  uint32_t low = 0, high = list->count;
   while (high - low > 1) {
     const uint32_t middle = low + (high - low) / 2;
-    if (pool->segments[middle].place <= place)
+    if (list->segments[middle].place <= place)
       low = middle;
     else
       high = middle;
   }
-  return &pool->segments[low];
+  return &list->segments[low];
 }
 
 static double half_area(const whittle_node *node) {
@@ -49,13 +49,13 @@ static void judge(segment *s, const whittle_node *node) {
     s->largest_leaf = node->count;
 }
 
-static void pack(const packing *p, segment *s, const whittle_node *from) {
+static void pack(const packing *p, segment *s) {
   for (uint32_t i = 0; i < s->count; i++) {
-    whittle_node node = from[i];
+    whittle_node node = s->nodes[i];
     judge(s, &node);
     if (node.count == 0)
-      node.left_first = s->subtree ? node.left_first + s->target
-                                   : segment_at(p->pool, node.left_first)->target;
+      node.left_first =
+          s->subtree ? node.left_first + s->target : segment_at(p->list, node.left_first)->target;
     p->nodes[s->target + i] = node;
   }
 }
@@ -63,13 +63,14 @@ static void pack(const packing *p, segment *s, const whittle_node *from) {
 static void pack_pieces(void *context, uint64_t begin, uint64_t end) {
   const packing *p = context;
   for (uint64_t i = begin; i < end; i++)
-    pack(p, &p->pool->segments[i], p->pool->nodes + p->pool->segments[i].source);
+    pack(p, &p->list->segments[i]);
 }
 
 /* Adds up in the order of places, so that the sums have the same bits for any number of workers. */
-static void summarise(const node_pool *pool, segment sum, float traversal_cost, whittle_bvh *bvh) {
-  for (uint32_t i = 0; i < pool->segment_count; i++) {
-    const segment *s = &pool->segments[i];
+static void summarise(const segment_list *list, segment sum, float traversal_cost,
+                      whittle_bvh *bvh) {
+  for (uint32_t i = 0; i < list->count; i++) {
+    const segment *s = &list->segments[i];
     sum.inner_area += s->inner_area;
     sum.leaf_cost += s->leaf_cost;
     sum.leaves += s->leaves;
@@ -83,23 +84,23 @@ static void summarise(const node_pool *pool, segment sum, float traversal_cost, 
       whole > 0.0 ? ((double)traversal_cost * sum.inner_area + sum.leaf_cost) / whole : 0.0;
 }
 
-whittle_status whittle_layout(whittle_team *team, node_pool *pool, float traversal_cost,
+whittle_status whittle_layout(whittle_team *team, segment_list *list, float traversal_cost,
                               whittle_bvh *bvh, whittle_error *error) {
-  qsort(pool->segments, pool->segment_count, sizeof *pool->segments, by_place);
+  qsort(list->segments, list->count, sizeof *list->segments, by_place);
   uint32_t nodes = 1;
-  for (uint32_t i = 0; i < pool->segment_count; i++) {
-    pool->segments[i].target = nodes;
-    nodes += pool->segments[i].count;
+  for (uint32_t i = 0; i < list->count; i++) {
+    list->segments[i].target = nodes;
+    nodes += list->segments[i].count;
   }
   bvh->block = whittle_allocate((size_t)nodes + 1, sizeof *bvh->block);
   if (!bvh->block)
     return whittle_out_of_memory(error, "the nodes of the tree");
   bvh->nodes = bvh->block + 1;
   bvh->node_count = nodes;
-  packing p = {pool, bvh->nodes};
-  whittle_team_for(team, pool->segment_count, GRAIN, pack_pieces, &p);
-  segment root = {.count = 1};
-  pack(&p, &root, &pool->root);
-  summarise(pool, root, traversal_cost, bvh);
+  packing p = {list, bvh->nodes};
+  whittle_team_for(team, list->count, GRAIN, pack_pieces, &p);
+  segment root = {.nodes = &list->root, .count = 1};
+  pack(&p, &root);
+  summarise(list, root, traversal_cost, bvh);
   return WHITTLE_OK;
 }

@@ -24,7 +24,7 @@ typedef struct mesh_drops {
 typedef struct flat_scene {
   flat_index index;
   scene_frame frame;
-  float *vertices; /* x, y, z in scene space by placed vertex; NaN: not finite */
+  float *vertices;             /* x, y, z in scene space by placed vertex; NaN: not finite */
   void *block;                 /* memory of the two below, and then of the records */
   whittle_fragment *fragments; /* behind the spare ones */
   whittle_fragment *spare;
