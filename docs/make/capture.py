@@ -67,13 +67,14 @@ class RecordingCore:
 
 @dataclass
 class Shot:
-    """One frame: what the core is given, and how long the add-on took to gather it (seconds)."""
+    """One frame: what the core is given, what was not understood, and the seconds it took."""
 
     core: Any
     recording: Recording
     camera: dict[str, Any]
     settings: dict[str, Any]
     seconds: float
+    notes: list[str]
 
     def scene(self, change: Callable[[Recording], Recording] | None = None) -> Any:
         """A new core scene, not yet built, of the recording or of a changed copy."""
@@ -109,7 +110,7 @@ def _shot(depsgraph: bpy.types.Depsgraph, size: tuple[int, int]) -> Shot:
     view = camera.export(depsgraph, frame.camera, size, camera.region(frame.render, size), notes)
     seconds = time.perf_counter() - began
     settings = properties.core_settings(frame, ["combined"])
-    return Shot(core, export.scene, view, settings, seconds)
+    return Shot(core, export.scene, view, settings, seconds, notes.lines())
 
 
 def shot(scene: bpy.types.Scene) -> Shot:

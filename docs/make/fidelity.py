@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 BOUNCES = 8
 FILTER = 0.01  # pixels: as far as Cycles' samples stray from the centre of theirs
+OURS = 16  # samples of Whittle's: its light has no noise, only edges to smooth
 PROBES = 33  # a side of the grid of rays that looks for an edge in a pixel's centre
 
 Image = NDArray[np.float32]
@@ -125,7 +126,7 @@ def compare_exposure(
 ) -> tuple[list[Exposure], Image, Image]:
     """Means of the whole picture and of each object in it, and the two pictures."""
     theirs = cycles_passes(scene, folder / "cycles", samples, pinned=False)
-    ours = whittle_passes(scene, folder / "whittle", samples)
+    ours = whittle_passes(scene, folder / "whittle", OURS)
     names = {item.pass_index: item.name for item in scene.objects} | {0: "Background"}
     index = ours["Object Index"][..., 0]
     a, b = ours["Combined"][..., :3], theirs["Combined"][..., :3]
@@ -197,6 +198,7 @@ def report(found: dict[str, Any]) -> str:
         filter=FILTER,
         bounces=BOUNCES,
         samples=found["samples"],
+        ours=OURS,
         pixels=edges.pixels,
         on_edges=edges.on_edges,
         differ=edges.differ,
@@ -238,7 +240,8 @@ pixels of the pixels' centres; Whittle's one sample passes through the centres. 
 
 ## Exposure
 
-{samples} samples each. Whittle's mean over Cycles', linear light, over the pixels of each object:
+Cycles with {samples} samples, Whittle with {ours}. Whittle's mean over Cycles', in linear light,
+over the pixels of each object:
 
 {exposure}
 
