@@ -10,10 +10,13 @@
 
 /* Share by which slab intervals grow at both ends: Ize, Robust BVH Ray Traversal, JCGT 2013 needs
  * 2 ulp for boxes; the triangle test's own rounding, relative to its vertices, needs 8 more. */
-#ifndef WHITTLE_BREAK_PADDING
 #define WHITTLE_SLAB_PAD 0x1p-19f
+
+/* And of nodes: at least as much, so that they contain the intervals of their triangles. */
+#ifndef WHITTLE_BREAK_PADDING
+#define WHITTLE_NODE_PAD WHITTLE_SLAB_PAD
 #else
-#define WHITTLE_SLAB_PAD 0.0f
+#define WHITTLE_NODE_PAD 0.0f
 #endif
 
 #define WHITTLE_STACK (WHITTLE_MAX_DEPTH + 2)

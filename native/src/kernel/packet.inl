@@ -11,7 +11,7 @@
 
 /* Node intervals of packets are padded by folding this into 1 / direction, on top of the pad of the
  * triangles' own intervals. Rays have t_min >= 0 here: negative bounds need no pad. */
-#define NODE_PAD (2.0f * WHITTLE_SLAB_PAD)
+#define NODE_PAD (2.0f * WHITTLE_NODE_PAD)
 
 /* Rays of one class: same dominant axis, same octant, t_min >= 0. */
 typedef struct packet {

@@ -42,8 +42,8 @@ static inline bool single_enters(const single_ray *ray, const whittle_node *node
   const f4_float away = f4_by_sign(ray->inverse, high, low) - ray->origin;
   const float n = f4_max3(f4_max(close * ray->inverse, lowest));
   const float f = f4_min3(f4_min(away * ray->inverse, highest));
-  const float near = n - s_abs(n) * WHITTLE_SLAB_PAD;
-  const float far = f + s_abs(f) * WHITTLE_SLAB_PAD;
+  const float near = n - s_abs(n) * WHITTLE_NODE_PAD;
+  const float far = f + s_abs(f) * WHITTLE_NODE_PAD;
   *entry = s_max(near, ray->exact.t_min);
   return near <= far && near <= ray->best && far >= ray->exact.t_min;
 }
