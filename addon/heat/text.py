@@ -27,7 +27,7 @@ class Label:
 
 
 def available() -> bool:
-    """Whether this Blender can draw text into an image (from 4.4 on)."""
+    """Whether this Blender can draw text into an image (4.5 and 5.2 can, 4.2 cannot)."""
     return hasattr(blf, "bind_imbuf")
 
 

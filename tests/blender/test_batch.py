@@ -71,7 +71,7 @@ def test_render_writes_multilayer_exr(main, file, tmp_path):
 
 
 def test_heatmap_writes_a_picture_of_each_counter(main, addon, file, tmp_path):
-    if bpy.app.version < (4, 4):
+    if bpy.app.version < (4, 5):
         assert main(["heatmap", "--file", str(file), "--out", str(tmp_path / "out")]) == 1
         return
     assert main(["heatmap", "--file", str(file), "--out", str(tmp_path / "out")]) == 0

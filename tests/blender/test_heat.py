@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 
-pytestmark = pytest.mark.skipif(bpy.app.version < (4, 4), reason="needs text in image buffers")
+pytestmark = pytest.mark.skipif(bpy.app.version < (4, 5), reason="needs text in image buffers")
 
 
 @pytest.fixture
