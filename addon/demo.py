@@ -50,6 +50,7 @@ PANELS: tuple[tuple[str, Vector, float, float], ...] = (
 
 def build(scene: bpy.types.Scene) -> None:
     """Fill a scene, best an empty one, with the demo: objects, lights, camera, world, settings."""
+    before = set(scene.collection.objects)
     materials = _materials()
     _floor(scene, materials, tiles=40, size=1.0)
     _suzanne(scene, materials)
@@ -58,7 +59,8 @@ def build(scene: bpy.types.Scene) -> None:
     _panels(scene)
     _camera(scene)
     _world(scene)
-    for index, item in enumerate(scene.collection.objects, start=1):
+    added = [item for item in scene.collection.objects if item not in before]
+    for index, item in enumerate(added, start=1):
         item.pass_index = index
     scene.render.resolution_x, scene.render.resolution_y = 1280, 800
     scene.render.resolution_percentage = 100
