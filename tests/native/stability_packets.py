@@ -8,6 +8,7 @@ import naive
 import numpy as np
 import whittle_core
 from aim import Rays
+from cameras import perspective
 from numpy.typing import NDArray
 from stability_tools import Case, Result, differing, scene_of
 from stability_triangles import ASIDE
@@ -157,7 +158,7 @@ def image_sizes(count: int) -> Result:
     scene.set_materials([{"diffuse": (0.6, 0.6, 0.6), "mirror": (0.3, 0.3, 0.3)}])
     bad = tried = 0
     for width, height in SIZES:
-        camera = camera_of(width, height)
+        camera = perspective(width, height, (2.5, -3.0, 1.8), (0, 0, 0))
         passes = ("combined", "depth", "normal")
         single = scene.render(camera, {"passes": passes, "mode": "single"})
         for mode in ("fast", "lecture"):
@@ -169,30 +170,6 @@ def image_sizes(count: int) -> Result:
                     bad += int((image[name].view(np.uint32) != single[name].view(np.uint32)).sum())
                 tried += width * height
     return Result(bad, tried, "all pixels of 4 images, 10 ways")
-
-
-def camera_of(width: int, height: int) -> dict:
-    """A perspective camera that looks at the unit cube."""
-    forward = np.array([-2.5, 3.0, -1.8])
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, (0, 0, 1))
-    right /= np.linalg.norm(right)
-    to_world = np.eye(4)
-    to_world[:3, 0], to_world[:3, 1], to_world[:3, 2] = right, np.cross(right, forward), -forward
-    to_world[:3, 3] = (2.5, -3.0, 1.8)
-    near, far, wide = 0.1, 100.0, 0.36
-    projection = np.zeros((4, 4))
-    projection[0, 0], projection[1, 1] = 1 / wide, width / height / wide
-    projection[2, 2], projection[2, 3] = (far + near) / (near - far), 2 * far * near / (near - far)
-    projection[3, 2] = -1
-    return {
-        "to_world": to_world,
-        "projection": projection,
-        "width": width,
-        "height": height,
-        "clip_start": near,
-        "clip_end": far,
-    }
 
 
 def image_sizes_naive(count: int) -> Result:
