@@ -23,6 +23,7 @@ class Table:
         self._override = override
         self._index: dict[int, int] = {}
         self._rough: list[str] = []
+        self._glowing: list[str] = []
 
     def index(self, material: bpy.types.Material | None) -> int:
         """Row of a material; None is what a slot without one shows."""
@@ -38,6 +39,8 @@ class Table:
         reflects = any(any(row.get(lobe, ())) for lobe in ("mirror", "metal", "specular"))
         if reflects and row.get("roughness", 0.0) > 0.0:
             self._rough.append(material.name)
+        if any(row.get("emission", ())):
+            self._glowing.append(material.name)
         return row
 
     def _read(self, material: bpy.types.Material) -> Row:
@@ -58,12 +61,16 @@ class Table:
         return Surface(note).row(*source)
 
     def note_models(self) -> None:
-        """Says once how rough reflections are drawn, if there are any."""
-        if self._rough:
-            self._notes.add(
-                f"Reflections rougher than {SHARP_BELOW} show only lights and the world's colour: "
-                f"{plural(len(self._rough), 'material')} ({listed(self._rough)})"
-            )
+        """Says once how rough reflections and glowing surfaces are drawn, if there are any."""
+        for names, line in (
+            (
+                self._rough,
+                f"Reflections rougher than {SHARP_BELOW} show only lights and the world's colour",
+            ),
+            (self._glowing, "Glowing surfaces are seen, but light nothing"),
+        ):
+            if names:
+                self._notes.add(f"{line}: {plural(len(names), 'material')} ({listed(names)})")
 
 
 def _note_other_outputs(output: bpy.types.Node, note: Any) -> None:

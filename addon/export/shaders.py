@@ -117,14 +117,20 @@ def _principled(read: Reader) -> Row:
     roughness = read.value("Roughness", 0.5)
     if transmission > 0.0 and roughness > SHARP_BELOW:
         read.note(f"{read.node.bl_label}: refraction is drawn sharp")
+    level = max(0.0, read.value("Specular IOR Level", 0.5))
+    tint = read.color("Specular Tint", 1.0)
+    if transmission > 0.0 and level not in (0.0, 0.5):
+        read.note(f"{read.node.bl_label}: Specular IOR Level is left out where it transmits")
+    if tint != (1.0, 1.0, 1.0):
+        read.note(f"{read.node.bl_label}: Specular Tint also tints at grazing angles")
     row = _metal_and_plastic(
         color=read.color("Base Color", 0.8),
         metallic=_share(read.value("Metallic", 0.0)),
         roughness=roughness,
         transmission=transmission,
         ior=read.value("IOR", 1.5),
-        level=max(0.0, read.value("Specular IOR Level", 0.5)),
-        tint=read.color("Specular Tint", 1.0),
+        level=level,
+        tint=tint,
     )
     strength = read.value("Emission Strength", 0.0)
     return row | {"emission": _scaled(strength, read.color("Emission Color", 1.0))}

@@ -77,7 +77,8 @@ def test_rough_glass_is_named(tree):
 
 def test_emission(tree):
     shade(tree, "ShaderNodeEmission", Color=RED, Strength=4.0)
-    assert stuff() == ({"emission": (3.0, 2.0, 1.0)}, [])
+    glow = "Glowing surfaces are seen, but light nothing: 1 material (Stuff)"
+    assert stuff() == ({"emission": (3.0, 2.0, 1.0)}, [glow])
 
 
 def test_principled_plastic(tree):
@@ -115,6 +116,19 @@ def test_principled_without_specular_level_is_diffuse(tree):
     shade(tree, "ShaderNodeBsdfPrincipled", Specular_IOR_Level=0.0)
     row, notes = stuff()
     assert row["specular"] == (0, 0, 0) and notes == []
+
+
+def test_principled_approximations_are_named(tree):
+    shade(
+        tree,
+        "ShaderNodeBsdfPrincipled",
+        Specular_Tint=RED,
+        Specular_IOR_Level=1.0,
+        Transmission_Weight=1.0,
+        Roughness=0.0,
+    )
+    text = "\n".join(stuff()[1])
+    assert "Specular Tint" in text and "Specular IOR Level" in text
 
 
 def test_principled_emission(tree):
@@ -178,7 +192,8 @@ def test_a_mixture_of_mixtures(tree):
     inner = shade(tree, "ShaderNodeMixShader", into=outer.inputs[0])
     shade(tree, "ShaderNodeEmission", into=inner.inputs[1], Color=RED)
     row, notes = stuff()
-    assert row == {"emission": RED[:3]} and len(notes) == 2
+    assert row == {"emission": RED[:3]}
+    assert len([line for line in notes if "not understood" in line]) == 2
 
 
 def test_other_shaders_are_diffuse_and_named(tree):
