@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Evaluated meshes and the places where they stand; arrays are copied with foreach_get only."""
 
+from math import inf
 from typing import Any
 
 import bpy
@@ -29,16 +30,18 @@ class Meshes:
         """Places the mesh of an instance; visibility is a mask of the core's constants."""
         ob = instance.object
         mesh = ob.data
-        matrix = np.array(instance.matrix_world, dtype=np.float64)
-        slots = tuple(self._materials.index(slot.material) for slot in ob.material_slots)
         if not len(mesh.polygons):
             return
-        if not np.isfinite(matrix).all():
-            self._notes.add(f"Object '{ob.name}' left out: its place is not a finite number")
-            return
-        if np.linalg.det(matrix[:3, :3]) == 0.0:
-            self._add_flat(ob, matrix, slots, visibility)
-            return
+        matrix = np.array(instance.matrix_world, dtype=np.float64)
+        slots = tuple(self._materials.index(slot.material) for slot in ob.material_slots)
+        # Single precision tells quickly that all is well; numpy is asked where it does not.
+        if not (0.0 < abs(instance.matrix_world.determinant()) < inf):
+            if not np.isfinite(matrix).all():
+                self._notes.add(f"Object '{ob.name}' left out: its place is not a finite number")
+                return
+            if np.linalg.det(matrix[:3, :3]) == 0.0:
+                self._add_flat(ob, matrix, slots, visibility)
+                return
         key = (mesh.as_pointer(), slots)
         if key not in self._index:
             self._index[key] = self._scene.add_mesh(**arrays(mesh, self._slots(slots)))

@@ -310,3 +310,13 @@ def test_export_stops_when_told(scene, export):
     link(scene, "Cube", cube())
     with pytest.raises(recorder.Cancelled):
         export(report=lambda done: False)
+
+
+def test_a_place_that_is_not_finite_is_left_out_and_named(scene, export):
+    ob = link(scene, "Lost", cube())
+    ob.location.x = float("nan")
+    tiny = link(scene, "Tiny", cube())
+    tiny.scale = (1e-15, 1e-15, 1e-15)
+    native, notes = export()
+    assert len(native.instances) == 1
+    assert notes == ["Object 'Lost' left out: its place is not a finite number"]
