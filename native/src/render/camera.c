@@ -18,7 +18,7 @@ static bool unproject(const double inverse[16], const whittle_camera *camera, do
   }
   for (int i = 0; i < 3; i++)
     point[i] = p[i] / p[3];
-  return isfinite(point[0]) && isfinite(point[1]) && isfinite(point[2]) && point[2] != 0.0;
+  return isfinite(point[0]) && isfinite(point[1]) && isfinite(point[2]);
 }
 
 static whittle_status check(const whittle_camera *camera, whittle_error *error) {
@@ -67,7 +67,9 @@ whittle_status whittle_camera_rays(const whittle_scene *scene, const whittle_cam
   const bool flat = p[12] == 0.0 && p[13] == 0.0 && p[14] == 0.0;
   double corner[3][3], origin[3][3], direction[3][3];
   for (int c = 0; c < 3; c++) {
-    if (!unproject(inverse, camera, c == 1 ? camera->width : 0, c == 2 ? camera->height : 0, corner[c]))
+    if (!unproject(inverse, camera, c == 1 ? camera->width : 0, c == 2 ? camera->height : 0,
+                   corner[c]) ||
+        (!flat && corner[c][2] == 0.0))
       return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "projection",
                           "projection maps a corner of the image nowhere");
     place(scene, camera->to_world, corner[c], flat, origin[c], direction[c]);
