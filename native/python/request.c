@@ -37,9 +37,10 @@ static bool get_flag(items *from, const char *key, int *value) {
   return !object || argument_flag(object, from->name, value);
 }
 
-static bool get_double(items *from, const char *key, double *value) {
+static bool get_distance(items *from, const char *key, double *value) {
   PyObject *object = item(from, key);
-  return !object || argument_double(object, from->name, value);
+  return !object || (argument_double(object, from->name, value) &&
+                     (*value >= 0 || raise_value(from->name, "must be 0 or more, not %R", object)));
 }
 
 static bool get_word(items *from, const char *key, const char *const *words, int *place) {
@@ -87,8 +88,8 @@ static bool read_camera(module_state *state, PyObject *object, whittle_camera *c
                     get_matrix(state, &from, "projection", camera->projection) &&
                     get_size(&from, "width", &camera->width) &&
                     get_size(&from, "height", &camera->height) &&
-                    get_double(&from, "clip_start", &camera->clip_start) &&
-                    get_double(&from, "clip_end", &camera->clip_end) && get_region(&from, camera);
+                    get_distance(&from, "clip_start", &camera->clip_start) &&
+                    get_distance(&from, "clip_end", &camera->clip_end) && get_region(&from, camera);
   Py_XDECREF(from.dict);
   return good;
 }

@@ -9,6 +9,17 @@ import whittle_core
 from numpy.typing import NDArray
 
 TRIANGLE: NDArray[np.float32] = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+ONE: NDArray[np.uint32] = np.uint32([[0, 1, 2]])
+
+# A ray that meets the triangle at t = 1, u = v = 1/4.
+DOWN = np.float64([[0.25, 0.25, 1.0]]), np.float64([[0.0, 0.0, -1.0]])
+
+
+def changed(row: int, column: int, value: float) -> NDArray[np.float64]:
+    """The identity with one other number."""
+    matrix = np.eye(4)
+    matrix[row, column] = value
+    return matrix
 
 
 def built(
@@ -30,13 +41,13 @@ def rays(count: int, seed: int = 2) -> tuple[NDArray[np.float64], NDArray[np.flo
 
 
 def camera(width: int = 32, height: int = 24, **more: Any) -> dict[str, Any]:
-    """Looks down on the unit square from z = 2, with the whole of it in view."""
+    """Looks down on the unit square from z = 2, which fills the image from bottom to top."""
     near, far = 0.1, 100.0
     to_world = np.eye(4)
     to_world[:3, 3] = 0.5, 0.5, 2.0
     projection = np.zeros((4, 4))
-    projection[0, 0] = 2.0 * height / width
-    projection[1, 1] = 2.0
+    projection[0, 0] = 4.0 * height / width
+    projection[1, 1] = 4.0
     projection[2, 2:] = (near + far) / (near - far), 2 * near * far / (near - far)
     projection[3, 2] = -1
     size = {"width": width, "height": height, "clip_start": near, "clip_end": far}

@@ -17,10 +17,8 @@ import meshes
 import numpy as np
 import pytest
 import whittle_core
-from small_scenes import TRIANGLE, built, camera, rays
+from small_scenes import ONE, TRIANGLE, built, camera, rays
 from whittle_core import Cancelled, Scene
-
-ONE = np.uint32([[0, 1, 2]])
 
 
 @pytest.fixture(scope="module")
