@@ -4,7 +4,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from math import inf
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,6 +34,7 @@ def isas() -> tuple[str, ...]:
 def default_threads() -> int:
     """What ``threads=0`` means here."""
 
+@final
 class Scene:
     """Meshes, instances, materials, lights and world; then a BVH; then rays and images.
 
@@ -137,6 +138,7 @@ class Scene:
         """The triangles in leaf order: vertices float32 (n, 3, 3) in scene space, instance,
         triangle."""
 
+@final
 class Job:
     def poll(self) -> tuple[float, bool]:
         """Fraction done, and whether it has ended."""
