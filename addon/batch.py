@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Whittle Authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: ``blender FILE --command whittle render ...`` or ``python -m PACKAGE.batch``.
+"""The command line: ``blender FILE --command whittle ...`` or ``python -m addon ...``.
 
 Exit codes: 0 all frames are there; 1 a frame failed; 2 the command line is wrong.
 """

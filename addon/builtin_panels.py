@@ -15,9 +15,6 @@ NOT_HERE = {
     "DATA_PT_spot",
     "MATERIAL_PT_preview",
     "NODE_DATA_PT_light",
-    "RENDER_PT_gpencil",
-    "RENDER_PT_grease_pencil_render",
-    "RENDER_PT_grease_pencil_viewport",
     "RENDER_PT_stereoscopy",
 }
 NOT_HERE_MODULES = {"bl_ui.properties_freestyle"}

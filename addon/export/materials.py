@@ -7,6 +7,7 @@ from typing import Any
 import bpy
 
 from ..notes import Notes, listed, plural
+from .checks import finite
 from .nodes import feeding, in_use, surface_input
 from .shaders import SHARP_BELOW, Row, Surface, flat
 
@@ -35,7 +36,7 @@ class Table:
         return self._index[key]
 
     def _row(self, material: bpy.types.Material) -> Row:
-        row = self._read(material)
+        row = finite(f"Material '{material.name}'", self._read(material))
         reflects = any(any(row.get(lobe, ())) for lobe in ("mirror", "metal", "specular"))
         if reflects and row.get("roughness", 0.0) > 0.0:
             self._rough.append(material.name)

@@ -11,14 +11,17 @@ import bpy
 
 from ..notes import Notes, listed, plural
 from . import lights, materials, meshes, world
+from .checks import finite
+
+GREASE_PENCIL = "grease pencil"
 
 # Object types that the engine cannot draw, and what their objects are called in the report.
 LEFT_OUT = {
     "CURVES": "hair",
     "POINTCLOUD": "point cloud",
     "VOLUME": "volume",
-    "GPENCIL": "grease pencil",
-    "GREASEPENCIL": "grease pencil",
+    "GPENCIL": GREASE_PENCIL,
+    "GREASEPENCIL": GREASE_PENCIL,
 }
 
 
@@ -63,7 +66,8 @@ class Export:
             # Curves, text, surfaces and metaballs come a second time as the mesh they make.
             self.meshes.add(instance, self._visibility(instance))
         elif ob.type == "LIGHT":
-            self._lights.append(lights.export(ob, instance.matrix_world, self.notes))
+            row = lights.export(ob, instance.matrix_world, self.notes)
+            self._lights.append(finite(f"Light '{ob.name}'", row))
         elif ob.type in LEFT_OUT:
             self._left_out[LEFT_OUT[ob.type]][ob.name] += 1
         for system in ob.particle_systems:
@@ -95,7 +99,8 @@ class Export:
     def _note_what_was_left_out(self) -> None:
         for kind, names in self._left_out.items():
             count = plural(names.total(), "object")
-            self.notes.add(f"Left out {kind}: {count} ({listed(names)})")
+            drawn = ", Blender draws it over the picture" if kind == GREASE_PENCIL else ""
+            self.notes.add(f"Left out {kind}: {count} ({listed(names)}){drawn}")
         self.materials.note_models()
 
     def note_dropped(self, dropped: list[dict[str, int]]) -> None:

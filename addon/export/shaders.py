@@ -102,7 +102,7 @@ def _glass(read: Reader) -> Row:
     return {
         "specular": color,
         "transmission": color,
-        "ior": read.value("IOR", 1.5),
+        "ior": _index(read),
         "roughness": roughness,
     }
 
@@ -128,7 +128,7 @@ def _principled(read: Reader) -> Row:
         metallic=_share(read.value("Metallic", 0.0)),
         roughness=roughness,
         transmission=transmission,
-        ior=read.value("IOR", 1.5),
+        ior=_index(read),
         level=level,
         tint=tint,
     )
@@ -181,6 +181,11 @@ def _leveled(ior: float, level: float) -> float:
 
 def _roughness(value: float) -> float:
     return 0.0 if value <= SHARP_BELOW else min(value, 1.0)
+
+
+def _index(read: Reader) -> float:
+    """The index of refraction; Cycles takes none below this either."""
+    return max(1e-5, read.value("IOR", 1.5))
 
 
 def _share(value: float) -> float:

@@ -29,7 +29,7 @@ def draw(
     99.5 % of the pixels stay below. HeatError if the render did not count, or text cannot be drawn.
     """
     if not text.available():
-        raise HeatError("This Blender cannot draw a legend's text into an image: use 4.5 LTS or newer")
+        raise HeatError("This Blender cannot draw text into images: use 4.5 LTS or newer")
     if source not in result.counters:
         raise HeatError(
             "The last render did not count: switch on 'Count Rays' Work' and render again"

@@ -3,11 +3,16 @@
 """The command line: what it writes, and its exit codes."""
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import bpy
 import pictures
 import pytest
 from blender_process import programs
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture
@@ -104,6 +109,14 @@ def test_a_wrong_command_line_is_exit_code_2(main, arguments):
 def test_help_is_exit_code_0(main, capsys):
     assert main(["--help"]) == 0
     assert "heatmap" in capsys.readouterr().out
+
+
+def test_as_a_python_module(file, tmp_path):
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "addon", "render", "--file", str(file), "--out", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert names(out) == ["frame_0001.png", "statistics_0001.json"]
 
 
 @pytest.mark.parametrize("blender", programs(), ids=lambda blender: blender.package)

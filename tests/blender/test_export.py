@@ -278,6 +278,7 @@ def test_what_cannot_be_drawn_is_named_with_its_count(scene, export):
     assert "Left out volume: 1 object (Smoke)" in text
     if bpy.app.version >= (4, 3):
         assert "Left out grease pencil: 1 object" in text
+        assert "Blender draws it over the picture" in text
 
 
 def test_the_material_override_of_a_view_layer(scene, export):

@@ -203,6 +203,12 @@ def test_other_shaders_are_diffuse_and_named(tree):
     assert len(notes) == 1 and "'Toon BSDF'" in notes[0]
 
 
+def test_a_number_that_is_none_is_an_error_that_names_the_material(tree):
+    shade(tree, "ShaderNodeEmission", Color=RED, Strength=float("nan"))
+    with pytest.raises(ValueError, match="Material 'Stuff': its emission"):
+        stuff()
+
+
 def test_nothing_on_the_surface_is_black_and_named(tree):
     row, notes = stuff()
     assert row == {} and len(notes) == 1
