@@ -4,7 +4,7 @@
 
 import bpy
 
-from . import heat, passes, results
+from . import demo, heat, passes, results
 
 
 class WHITTLE_OT_heatmaps(bpy.types.Operator):
@@ -58,15 +58,13 @@ def _show_in_editor(context: bpy.types.Context, image: bpy.types.Image) -> None:
 
 
 class WHITTLE_OT_demo_scene(bpy.types.Operator):
-    """Fill the scene with glass and mirror spheres over a checkered floor, as in Whitted's paper"""
+    """Add glass and mirror spheres over a checkered floor, as in Whitted's paper"""
 
     bl_idname = "whittle.demo_scene"
     bl_label = "Demo Scene"
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from . import demo
-
         demo.build(context.scene)
         return {"FINISHED"}
 

@@ -113,6 +113,7 @@ class WHITTLE_RENDER_PT_last(WhittlePanel, bpy.types.Panel):
         layout = self.layout
         if not results.last:
             layout.label(text="Nothing rendered yet")
+            layout.operator("whittle.demo_scene", text="Add the Demo Scene")
         for result in results.last:
             if len(results.last) > 1:
                 layout.label(text=result.layer, icon="RENDERLAYERS")
@@ -136,6 +137,18 @@ class WHITTLE_VIEWLAYER_PT_passes(WhittlePanel, bpy.types.Panel):
         column.prop(context.view_layer, "use_pass_object_index")
         column = layout.column(heading="Work")
         column.prop(context.scene.whittle, "use_counters", text="Nodes and Triangles")
+
+
+class WHITTLE_DATA_PT_shadow(WhittlePanel, bpy.types.Panel):
+    bl_label = "Shadow"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.light is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _columns(self.layout).prop(context.light, "use_shadow", text="Cast Shadow")
 
 
 class WHITTLE_OBJECT_PT_ray_visibility(WhittlePanel, bpy.types.Panel):
@@ -207,6 +220,7 @@ CLASSES = (
     WHITTLE_RENDER_PT_heatmaps,
     WHITTLE_RENDER_PT_last,
     WHITTLE_VIEWLAYER_PT_passes,
+    WHITTLE_DATA_PT_shadow,
     WHITTLE_OBJECT_PT_ray_visibility,
 )
 

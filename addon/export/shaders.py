@@ -26,6 +26,7 @@ NEUTRAL = {
     "Sheen Weight": 0.0,
     "Subsurface Weight": 0.0,
     "Thin Film Thickness": 0.0,
+    "Thin Wall": 0.0,
 }
 
 

@@ -97,7 +97,7 @@ def test_the_add_ons_panels_show_for_its_engine_only(scene, addon):
     from addon import panels
 
     for cls in panels.CLASSES:
-        values = {"object": scene.camera}
+        values = {"object": scene.camera, "light": bpy.data.lights.new("Lamp", "POINT")}
         assert cls.poll(context(scene, **values))
         scene.render.engine = "CYCLES"
         assert not cls.poll(context(scene, **values))
@@ -136,7 +136,8 @@ class Layout:
 def drawn(cls, scene):
     labels = []
     fake = SimpleNamespace(layout=Layout(labels))
-    where = context(scene, view_layer=scene.view_layers[0], object=scene.camera)
+    light = bpy.data.lights.new("Lamp", "POINT")
+    where = context(scene, view_layer=scene.view_layers[0], object=scene.camera, light=light)
     cls.draw(fake, where)
     return labels
 

@@ -251,6 +251,38 @@ def test_settings_survive_disabling_and_enabling(busy, addon):
     assert (found.samples, found.max_depth, found.pattern) == (16, 3, "STRATIFIED")
 
 
+@pytest.mark.parametrize(
+    "name, value",
+    [
+        ("samples", 0),
+        ("samples", -1),
+        ("samples", 65**2),
+        ("seed", -1),
+        ("max_depth", -1),
+        ("cutoff", -1.0),
+        ("cutoff", 2.0),
+        ("cutoff", float("nan")),
+        ("bins", 65),
+    ],
+)
+def test_a_setting_out_of_its_range_is_an_error_that_names_it(busy, name, value):
+    setattr(busy.whittle, name, value)
+    with pytest.raises(RuntimeError, match=name):
+        bpy.ops.render.render()
+
+
+def test_settings_can_be_animated(busy, addon):
+    busy.whittle.keyframe_insert("samples", frame=1)
+    busy.whittle.samples = 16
+    busy.whittle.keyframe_insert("samples", frame=3)
+    for frame, samples in ((1, 4), (3, 16)):
+        busy.frame_set(frame)
+        bpy.ops.render.render()
+        (result,) = addon.results.last
+        assert result.frame == frame
+        assert result.render["rays"]["primary"] == 64 * 40 * samples
+
+
 def test_the_compositor_gets_the_passes(busy):
     busy.whittle.use_counters = True
     bpy.context.view_layer.update()
