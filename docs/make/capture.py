@@ -115,7 +115,7 @@ def _shot(depsgraph: bpy.types.Depsgraph, size: tuple[int, int]) -> Shot:
 
 def shot(scene: bpy.types.Scene) -> Shot:
     """Gather a scene as for a final render. Raises what the exporter raises."""
-    if not hasattr(bpy.types, Capture.__name__):
+    if not Capture.is_registered:
         bpy.utils.register_class(Capture)
         atexit.register(bpy.utils.unregister_class, Capture)
     engine = scene.render.engine
