@@ -28,6 +28,8 @@ def export(scene: bpy.types.Scene, notes: Notes) -> dict[str, Any]:
         for kind in hidden:
             notes.add(f"World '{world.name}': hiding it from {kind} rays is not understood")
     lights = scene.whittle.use_ambient and (seen_by is None or seen_by.diffuse)
+    if lights and any(color):
+        notes.add("The world lights diffuse surfaces evenly, without shadows")
     return {"color": color, "ambient": color if lights else BLACK}
 
 
