@@ -131,7 +131,9 @@ class Scene:
         kind (primary, shadow, reflection, refraction), ``needs`` and ``kernel_needs`` as lists of
         names, and ``left_out``: a list of (name, reason).
         """
-    def start(self, camera: Mapping[str, Any], settings: Mapping[str, Any] | None = None) -> Job: ...
+    def start(
+        self, camera: Mapping[str, Any], settings: Mapping[str, Any] | None = None
+    ) -> Job: ...
     def nodes(self) -> NDArray[np.void]:
         """A copy of the tree: bounds_min (3,), left_first, bounds_max (3,), count."""
     def triangles(self) -> dict[str, NDArray[Any]]:
