@@ -154,16 +154,17 @@ def time_both(scene: bpy.types.Scene, rounds: int) -> dict[str, list[float]]:
 
 def measure(path: Path | None, percent: int, samples: int, rounds: int) -> dict[str, Any]:
     """All three comparisons; the sizes of the pictures in percent of the scene's own."""
+    found: dict[str, Any] = {"scene": studio.name_of(path), "blender": bpy.app.version_string}
+    found["machine"] = studio.machine()
     studio.register()
     scene = studio.open_scene(path)
     scene.view_layers[0].use_pass_object_index = True
-    found: dict[str, Any] = {"scene": studio.name_of(path), "blender": bpy.app.version_string}
     with tempfile.TemporaryDirectory() as folder:
         scene.render.resolution_percentage = percent
         found["size"] = [scene.render.resolution_x * percent // 100]
         found["size"].append(scene.render.resolution_y * percent // 100)
         found["edges"] = compare_edges(scene, Path(folder))
-        found["samples"] = samples
+        found["percent"], found["samples"] = percent, samples
         found["exposure"], found["ours"], found["theirs"] = compare_exposure(
             scene, Path(folder), samples
         )
@@ -193,6 +194,9 @@ def report(found: dict[str, Any]) -> str:
     return PAGE.format(
         scene=found["scene"],
         blender=found["blender"],
+        machine=found["machine"],
+        percent=found["percent"],
+        python=".venv-{}.{}/bin/python".format(*sys.version_info),
         width=found["size"][0],
         height=found["size"][1],
         filter=FILTER,
@@ -218,10 +222,12 @@ PAGE = """\
 Both engines render the same scene ({scene}) from the same camera in Blender {blender}, at
 {width} x {height}, in one run of
 
-    python docs/make/fidelity.py
+    {python} docs/make/fidelity.py --percent {percent} --samples {samples} --rounds {rounds}
 
-in the environment that `make` sets up. Cycles is set to draw what Whittle draws: sharp lights,
-no light from diffuse surfaces to others, {bounces} bounces in mirrors and glass, nothing clamped.
+with the environment that `make test` sets up. The machine: {machine}.
+
+Cycles is set to draw what Whittle draws: sharp lights, no light from diffuse surfaces to others,
+{bounces} bounces in mirrors and glass, nothing clamped.
 
 ![Whittle, Cycles, and their difference](pictures/fidelity.png)
 
@@ -248,7 +254,7 @@ over the pixels of each object:
 ## Time
 
 One sample a pixel, from the start of the render to its end, the median of {rounds} turns each:
-Whittle {whittle:.2f} s, Cycles {cycles:.2f} s ({ratio:.2f} times as long).
+Whittle {whittle:.2f} s, Cycles {cycles:.2f} s. Cycles over Whittle: {ratio:.2f}.
 """
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import platform
 import statistics
 import sys
 from dataclasses import dataclass
@@ -20,12 +19,15 @@ import leaving_out
 import report_page
 import studio
 
+PERCENT, ROUNDS = 25, 3  # unless asked for otherwise
+
 
 @dataclass
 class Report:
     """Everything that the page is written from."""
 
     scene: str
+    command: str  # that makes this report again
     size: tuple[int, int]
     machine: str
     blender: str
@@ -47,6 +49,7 @@ class Report:
 
 def measure(path: Path | None, percent: int, rounds: int) -> Report:
     """Render and time everything, at a percentage of the scene's resolution."""
+    machine = studio.machine()
     studio.register()
     scene = studio.open_scene(path)
     scene.render.resolution_percentage = percent
@@ -65,8 +68,9 @@ def measure(path: Path | None, percent: int, rounds: int) -> Report:
     identities += identity.run_isas(shot.core, path, percent)
     return Report(
         scene=studio.name_of(path),
+        command=_command(path, percent, rounds),
         size=(shot.camera["width"], shot.camera["height"]),
-        machine=_processor(),
+        machine=machine,
         blender=bpy.app.version_string,
         isa=shot.core.isa(),
         threads=shot.core.default_threads(),
@@ -79,14 +83,12 @@ def measure(path: Path | None, percent: int, rounds: int) -> Report:
     )
 
 
-def _processor() -> str:
-    info = Path("/proc/cpuinfo")
-    names = [
-        line.partition(":")[2].strip()
-        for line in (info.read_text().splitlines() if info.exists() else ())
-        if line.startswith("model name")
-    ]
-    return names[0] if names else platform.processor() or platform.machine()
+def _command(path: Path | None, percent: int, rounds: int) -> str:
+    scene = f' SCENE="{path}"' if path else ""
+    usual = (percent, rounds) == (PERCENT, ROUNDS)
+    return f"make report{scene}" + (
+        "" if usual else f' ARGS="--percent {percent} --rounds {rounds}"'
+    )
 
 
 def write_csv(rows: list[error.Row], path: Path) -> None:
@@ -102,8 +104,8 @@ def main() -> int:
     """Exit codes: 0 written and every bit as it must be; 1 not so, and stderr says what."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scene", type=Path, help="a .blend file; default: the demo scene")
-    parser.add_argument("--percent", type=int, default=25, help="of the scene's resolution")
-    parser.add_argument("--rounds", type=int, default=3, help="renders to take the median of")
+    parser.add_argument("--percent", type=int, default=PERCENT, help="of the scene's resolution")
+    parser.add_argument("--rounds", type=int, default=ROUNDS, help="renders to take the median of")
     parser.add_argument(
         "--out", type=Path, help="the page's folder; default: docs for the demo, out for a .blend"
     )

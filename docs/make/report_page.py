@@ -21,10 +21,10 @@ PHASES = {"export": "#9aa5b1", "build": "#c98c3a", "trace": "#2a6f97", "shade": 
 PAGE = """\
 # Error against run time
 
-The scene is {scene} ({triangles:,} triangles) at {width} x {height}, in Blender {blender} on
-{machine}, {threads} threads, instruction set {isa}. Everything here comes from one run of
+The scene is {scene} ({triangles:,} triangles) at {width} x {height}, in Blender {blender}. The
+machine: {machine}; {threads} threads, instruction set {isa}. Everything here comes from one run of
 
-    make report
+    {command}
 
 ![Error against wall time, and where the time goes](pictures/error-and-time.png)
 
@@ -64,6 +64,7 @@ def page(found: Report) -> str:
     failures = found.failures()
     return PAGE.format(
         scene=found.scene,
+        command=found.command,
         triangles=found.triangles,
         width=found.size[0],
         height=found.size[1],

@@ -5,6 +5,8 @@
 from __future__ import annotations
 
 import atexit
+import os
+import platform
 import sys
 import time
 from pathlib import Path
@@ -54,6 +56,15 @@ def open_scene(path: Path | None = None) -> bpy.types.Scene:
 def name_of(path: Path | None) -> str:
     """What a table calls the scene."""
     return "demo" if path is None else path.stem
+
+
+def machine() -> str:
+    """The processor's name, and how busy the machine is with other work, for a page of times."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    name = names[0] if names else platform.processor() or platform.machine()
+    return f"{name}, load average {os.getloadavg()[0]:.1f} before the start"
 
 
 def multilayer(scene: bpy.types.Scene, path: Path) -> Path:

@@ -116,6 +116,6 @@ def test_a_setting_that_changes_a_bit_is_named():
     import report
 
     rows = [identity.Row("bins", "8", "aa", 0.0, 0.0), identity.Row("bins", "16", "ab", 0.0, 0.0)]
-    found = report.Report(*([None] * 10), identities=rows, needs=[])
+    found = report.Report(*([None] * 11), identities=rows, needs=[])
     assert found.failures() == ["bins 16"]
     assert replace(found, identities=rows[:1]).failures() == []
