@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The counted traversal once more, in numpy floats over Scene.nodes(): one ray at a time."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+PAD = np.float32(2.0**-19)
+F = np.float32
+
+
+@dataclass
+class Ray:
+    """A ray in scene space with t_min = 0."""
+
+    origin: NDArray[np.float32]
+    direction: NDArray[np.float32]
+    inverse: NDArray[np.float32]
+
+
+def make_ray(origin: NDArray, direction: NDArray) -> Ray:
+    with np.errstate(divide="ignore"):
+        return Ray(origin, direction, F(1) / direction)
+
+
+def slab(ray: Ray, low: NDArray, high: NDArray) -> tuple[np.float32, np.float32]:
+    """The padded interval of t inside a box."""
+    turned = ray.inverse < 0
+    with np.errstate(invalid="ignore", over="ignore"):
+        near = (np.where(turned, high, low) - ray.origin) * ray.inverse
+        far = (np.where(turned, low, high) - ray.origin) * ray.inverse
+    n, f = np.nanmax(np.append(near, F(-np.inf))), np.nanmin(np.append(far, F(np.inf)))
+    return n - abs(n) * PAD, f + abs(f) * PAD
+
+
+def edge_functions(ray: Ray, corners: NDArray) -> tuple[NDArray, NDArray, int] | None:
+    """(U, V, W), vertices from the origin and the dominant axis; None if the line misses."""
+    z = int(np.argmax(np.abs(ray.direction)))
+    x, y = (z + 1) % 3, (z + 2) % 3
+    offset = corners - ray.origin
+    shear = ray.direction[[x, y]] / ray.direction[z]
+    px = offset[:, x] - shear[0] * offset[:, z]
+    py = offset[:, y] - shear[1] * offset[:, z]
+    a, b = [2, 0, 1], [1, 2, 0]
+    edges = px[a] * py[b] - py[a] * px[b]
+    if (edges == 0).any() and not ((edges < 0).any() and (edges > 0).any()):
+        wide = px.astype(float)[a] * py.astype(float)[b] - py.astype(float)[a] * px.astype(float)[b]
+        scale = np.exp2(-np.floor(np.log2(np.abs(wide).max()))) if wide.any() else 1.0
+        edges = (wide * scale).astype(np.float32)
+    if ((edges < 0).any() and (edges > 0).any()) or (edges[0] + edges[1]) + edges[2] == 0:
+        return None
+    return edges, offset, z
+
+
+def hit_distance(ray: Ray, corners: NDArray) -> np.float32 | None:
+    """t of one triangle by the exact test, or None."""
+    met = edge_functions(ray, corners)
+    if met is None:
+        return None
+    _, offset, z = met
+    x, y = (z + 1) % 3, (z + 2) % 3
+    wide = corners.astype(float)
+    normal = np.cross(wide[1] - wide[0], wide[2] - wide[0])
+    normal = (normal * np.exp2(-np.floor(np.log2(np.abs(normal).max())))).astype(np.float32)
+    above = (normal[x] * offset[0, x] + normal[y] * offset[0, y]) + normal[z] * offset[0, z]
+    shear = ray.direction[[x, y]] / ray.direction[z]
+    along = (normal[x] * shear[0] + normal[y] * shear[1]) + normal[z]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = above / along * ray.inverse[z]
+    near, far = slab(ray, corners.min(axis=0), corners.max(axis=0))
+    if not near <= far:
+        return None
+    t = near if not t > near else t
+    t = far if not t < far else t
+    return t if t > 0 else None
+
+
+def trace(nodes: NDArray, corners: NDArray, ray: Ray) -> tuple[int, int, np.float32]:
+    """Nodes visited, triangles tested and t of the nearest hit (infinity: none)."""
+    visited = tested = 0
+    best = F(np.inf)
+    stack: list[tuple[int, np.float32]] = [(0, F(0))] if len(nodes) else []
+    while stack:
+        index, entry = stack.pop()
+        if entry > best:
+            continue
+        visited += 1
+        node = nodes[index]
+        first, count = int(node["left_first"]), int(node["count"])
+        if count:
+            tested += count
+            for row in range(first, first + count):
+                t = hit_distance(ray, corners[row])
+                best = t if t is not None and t < best else best
+            continue
+        entered = []
+        for child in (first, first + 1):
+            near, far = slab(ray, nodes[child]["bounds_min"], nodes[child]["bounds_max"])
+            if near <= far and near <= best and far >= 0:
+                entered.append((child, max(near, F(0))))
+        if len(entered) == 2 and entered[1][1] < entered[0][1]:
+            entered.reverse()
+        stack += reversed(entered)
+    return visited, tested, best
