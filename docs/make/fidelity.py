@@ -276,7 +276,6 @@ def draw(found: dict[str, Any], path: Path) -> None:
         axis.imshow(_display(pixels), origin="lower")
         axis.set_title(title)
         axis.set_axis_off()
-    path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=110)
 
 
@@ -304,6 +303,7 @@ def main() -> int:
     if arguments.json:
         arguments.json.write_text(to_json(found), encoding="utf-8")
         return 0
+    (arguments.out / "pictures").mkdir(parents=True, exist_ok=True)
     (arguments.out / "fidelity.md").write_text(report(found), encoding="utf-8")
     draw(found, arguments.out / "pictures" / "fidelity.png")
     print(report(found))
