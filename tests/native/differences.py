@@ -6,7 +6,7 @@ In the sheared plane of a ray (Woop, Benthin, Wald 2013) a vertex at distance R 
 known to about 4 rounding errors of R, and an edge function adds as much again. So a float tracer
 may move an edge by `EDGE` roundings of R where it passes near the ray. An edge function is off by
 as much times the distance of its two vertices from the ray, which shifts the weights of the
-vertices' depths, and so t: much on needles and at grazing angles, never out of the triangle's depths.
+vertices' depths, and so t: much on needles and at grazing angles, but never out of the triangle.
 """
 
 from dataclasses import dataclass
@@ -149,7 +149,7 @@ def rows_of(scene, hits: dict[str, NDArray]) -> NDArray[np.int64]:
 def against_oracle(
     scene, stats: dict, origins: NDArray, directions: NDArray, hits: dict | None = None
 ) -> dict[str, int]:
-    """Classes of the differences between `hits` (default: the scene's own answer) and the oracle."""
+    """Classes of the differences of `hits` (default: the scene's own) from the oracle's."""
     hits = scene.intersect(origins, directions) if hits is None else hits
     truth = scene.reference_intersect(origins, directions)
     origin, direction, factor = rebase(stats, origins, directions)

@@ -43,8 +43,8 @@ def lone_triangles(
 
 
 def lost_hits(blocks: list[dict], count: int) -> Result:
-    """Hits of the bare triangle test, of one triangle and one ray, that the tree loses: neither that
-    triangle nor a nearer one is reported."""
+    """Hits of the bare triangle test, of one triangle and one ray, that the tree loses: neither
+    that triangle nor a nearer one is reported."""
     lost = tried = 0
     for options in blocks:
         for corners, origins, directions in lone_triangles(count // len(blocks), **options):

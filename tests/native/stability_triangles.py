@@ -199,7 +199,7 @@ CASES = [
         "1 and 2 at radius 1e-3",
         [("edges", 1e-3, 0.0), ("vertices", 1e-3, 0.0)],
         naive.MOLLER_DET,
-        "Moeller-Trumbore that drops |det| < 1e-7",
+        "Moeller-Trumbore that drops det below 1e-7",
     ),
     closed(
         "5",
