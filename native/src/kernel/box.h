@@ -4,7 +4,7 @@
 
 #pragma once
 
-#include "bvh/bvh.h"
+#include "bvh/wide.h"
 #include "kernel/kernel.h"
 #include "kernel/simd.h"
 

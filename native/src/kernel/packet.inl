@@ -1,10 +1,6 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* The lecture's packets through the binary tree: first ray, then frustum, then ray by ray. */
-
-/* Wald, Boulos, Shirley: Ray Tracing Deformable Scenes using Dynamic BVHs, TOG 2007. In the fast
- * mode "the first ray" is the lane group that holds it, which costs the same, and "ray by ray"
- * begins with the groups' own frustums. */
+/* Packets of rays: what both packet traversals load, test and record. */
 
 /* Arrays of exactly 4 KiB would all compete for the same lines of the first cache. */
 #define PACKET_ROOM (WHITTLE_MAX_PACKET + 16)
@@ -13,73 +9,68 @@
  * triangles' own intervals. Rays have t_min >= 0 here: negative bounds need no pad. */
 #define NODE_PAD (2.0f * WHITTLE_NODE_PAD)
 
-/* Rays of one class: same dominant axis, same octant, t_min >= 0. */
+/* Memory for the rays of a class that do not lie next to each other in their stream. */
+typedef struct packet_room {
+  float origin[3][PACKET_ROOM] __attribute__((aligned(64)));
+  float direction[3][PACKET_ROOM];
+  float t_min[PACKET_ROOM], t[PACKET_ROOM], u[PACKET_ROOM], v[PACKET_ROOM];
+  uint32_t record[PACKET_ROOM], skip[PACKET_ROOM];
+} packet_room;
+
+/* Rays of one class: same dominant axis, same octant, t_min >= 0. The arrays are the stream's own, or
+ * those of `room`; the lanes behind `count` in the last group are dead. */
 typedef struct packet {
   uint32_t count;
   int axis;
   bool negative[3]; /* signs of the directions */
+  bool shared;      /* all rays have one origin, origin[..][0] */
   uint32_t alive;   /* lanes not yet blocked, for any-hit rays */
-  float common[3];  /* the origin, if all rays share it */
-  frustums whole;   /* one, in lane 0 */
+  frustum whole;
   frustums groups;
-  float origin[3][PACKET_ROOM] __attribute__((aligned(64)));
-  float inverse_near[3][PACKET_ROOM], inverse_far[3][PACKET_ROOM]; /* 1 / direction, padded */
-  float t_min[PACKET_ROOM], t[PACKET_ROOM]; /* t of a blocked lane is -infinity */
+  float *origin[3], *direction[3], *t_min, *t, *u, *v; /* t of a blocked lane is -infinity */
+  uint32_t *record, *skip;
+  float inverse_near[3][PACKET_ROOM], inverse_far[3][PACKET_ROOM]; /* padded; unless shared */
   float shear_x[PACKET_ROOM], shear_y[PACKET_ROOM];
-  float u[PACKET_ROOM], v[PACKET_ROOM];
-  uint32_t record[PACKET_ROOM], primitive[PACKET_ROOM], skip[PACKET_ROOM];
-  float direction[3][PACKET_ROOM];
+  uint32_t primitive[PACKET_ROOM];
   uint32_t slot[PACKET_ROOM]; /* where each came from in the stream */
+  packet_room room;
 } packet;
-
-typedef struct packet_entry {
-  uint32_t node, first;
-} packet_entry;
 
 /* ---- Filling and emptying ----------------------------------------------------------------------- */
 
-/* Takes rays `slot[0 .. count)` of the stream; the last group is filled up with dead lanes. */
-static void packet_load(packet *p, const ray_stream *rays, uint32_t count, bool consecutive) {
+/* Takes `count` rays from slot[0] on, where they stand. */
+static void packet_borrow(packet *p, const ray_stream *rays, uint32_t count) {
   const uint32_t first = p->slot[0];
   p->count = count;
-  if (consecutive) {
-    for (int axis = 0; axis < 3; axis++) {
-      memcpy(p->origin[axis], rays->origin[axis] + first, count * sizeof(float));
-      memcpy(p->direction[axis], rays->direction[axis] + first, count * sizeof(float));
-    }
-    memcpy(p->t_min, rays->t_min + first, count * sizeof(float));
-    memcpy(p->t, rays->t + first, count * sizeof(float));
-    memcpy(p->skip, rays->skip + first, count * sizeof(uint32_t));
-  } else {
-    for (uint32_t i = 0; i < count; i++) {
-      const uint32_t from = p->slot[i];
-      for (int axis = 0; axis < 3; axis++) {
-        p->origin[axis][i] = rays->origin[axis][from];
-        p->direction[axis][i] = rays->direction[axis][from];
-      }
-      p->t_min[i] = rays->t_min[from], p->t[i] = rays->t[from], p->skip[i] = rays->skip[from];
-    }
+  for (int axis = 0; axis < 3; axis++) {
+    p->origin[axis] = rays->origin[axis] + first;
+    p->direction[axis] = rays->direction[axis] + first;
   }
-  for (uint32_t i = count; i % V_LANES != 0; i++) {
+  p->t_min = rays->t_min + first, p->t = rays->t + first;
+  p->u = rays->u + first, p->v = rays->v + first;
+  p->record = rays->record + first, p->skip = rays->skip + first;
+}
+
+/* Takes copies of rays slot[0 .. count). */
+static void packet_gather(packet *p, const ray_stream *rays, uint32_t count) {
+  packet_room *room = &p->room;
+  p->count = count;
+  for (int axis = 0; axis < 3; axis++)
+    p->origin[axis] = room->origin[axis], p->direction[axis] = room->direction[axis];
+  p->t_min = room->t_min, p->t = room->t, p->u = room->u, p->v = room->v;
+  p->record = room->record, p->skip = room->skip;
+  for (uint32_t i = 0; i < count; i++) {
+    const uint32_t from = p->slot[i];
     for (int axis = 0; axis < 3; axis++) {
-      p->origin[axis][i] = p->origin[axis][0];
-      p->direction[axis][i] = p->direction[axis][0];
+      p->origin[axis][i] = rays->origin[axis][from];
+      p->direction[axis][i] = rays->direction[axis][from];
     }
-    p->t_min[i] = 0.0f, p->t[i] = -__builtin_inff(), p->skip[i] = WHITTLE_NONE;
+    p->t_min[i] = rays->t_min[from], p->t[i] = rays->t[from], p->skip[i] = rays->skip[from];
   }
 }
 
-static void packet_save(const packet *p, ray_stream *rays, bool any, bool consecutive) {
-  if (consecutive) {
-    const uint32_t first = p->slot[0];
-    memcpy(rays->record + first, p->record, p->count * sizeof(uint32_t));
-    if (any)
-      return;
-    memcpy(rays->t + first, p->t, p->count * sizeof(float));
-    memcpy(rays->u + first, p->u, p->count * sizeof(float));
-    memcpy(rays->v + first, p->v, p->count * sizeof(float));
-    return;
-  }
+/* Gives what packet_gather's copies found back to the stream. */
+static void packet_scatter(const packet *p, ray_stream *rays, bool any) {
   for (uint32_t i = 0; i < p->count; i++) {
     const uint32_t to = p->slot[i];
     rays->record[to] = p->record[i];
@@ -88,173 +79,139 @@ static void packet_save(const packet *p, ray_stream *rays, bool any, bool consec
   }
 }
 
+/* Fills the last group up with dead lanes. */
+static void packet_pad(packet *p) {
+  for (uint32_t i = p->count; i % V_LANES != 0; i++) {
+    for (int axis = 0; axis < 3; axis++) {
+      p->origin[axis][i] = p->origin[axis][0];
+      p->direction[axis][i] = p->direction[axis][0];
+    }
+    p->t_min[i] = 0.0f, p->t[i] = -__builtin_inff(), p->skip[i] = WHITTLE_NONE;
+  }
+}
+
 static inline float group_deepest(const packet *p, uint32_t at) {
   const v_float depth = v_load(&p->t[at]) * v_abs(v_load(&p->direction[p->axis][at]));
   return v_reduce_max(depth) * (1.0f + FRUSTUM_SLACK);
 }
 
-/* The frustum of the whole packet from those of its groups. */
-static void packet_join(packet *p, uint32_t groups) {
+static inline uint32_t packet_groups(const packet *p) {
+  return (p->count + V_LANES - 1) / V_LANES;
+}
+
+/* Least and most of a row of the groups' numbers. */
+static inline float least_of(const float *row, uint32_t count) {
+  float least = row[0];
+  for (uint32_t i = 1; i < count; i++)
+    least = s_min(row[i], least);
+  return least;
+}
+
+static inline float most_of(const float *row, uint32_t count) {
+  float most = row[0];
+  for (uint32_t i = 1; i < count; i++)
+    most = s_max(row[i], most);
+  return most;
+}
+
+static inline void packet_deepest(packet *p) {
+  p->whole.deepest = most_of(p->groups.deepest, packet_groups(p));
+}
+
+/* Whether all rays start at one point. */
+static bool packet_shares(const packet *p) {
+  v_mask same = v_from_bits((uint32_t)((1ull << V_LANES) - 1));
   for (int axis = 0; axis < 3; axis++) {
-    float least[2] = {__builtin_inff(), __builtin_inff()};
-    float most[2] = {-__builtin_inff(), -__builtin_inff()};
-    for (uint32_t g = 0; g < groups; g++) {
-      least[0] = s_min(p->groups.origin_min[axis][g], least[0]);
-      most[0] = s_max(p->groups.origin_max[axis][g], most[0]);
-      least[1] = s_min(p->groups.slope_min[axis][g], least[1]);
-      most[1] = s_max(p->groups.slope_max[axis][g], most[1]);
+    const v_float origin = v_set(p->origin[axis][0]);
+    for (uint32_t at = 0; at < p->count; at += V_LANES)
+      same = v_and(same, v_eq(origin, v_load(&p->origin[axis][at])));
+  }
+  return v_bits(same) == (uint32_t)((1ull << V_LANES) - 1);
+}
+
+/* What the slab test of single rays reads, and the ranges of their origins. */
+static void prepare_origins(packet *p) {
+  for (int axis = 0; axis < 3; axis++) {
+    frustums *f = &p->groups;
+    uint32_t g = 0;
+    for (uint32_t at = 0; at < p->count; at += V_LANES, g++) {
+      const v_float origin = v_load(&p->origin[axis][at]);
+      f->origin_min[axis][g] = p->shared ? p->origin[axis][0] : v_reduce_min(origin);
+      f->origin_max[axis][g] = p->shared ? p->origin[axis][0] : v_reduce_max(origin);
+      /* + 0 turns -0 into 0, which is what the octant takes it for. */
+      const v_float inverse = v_set(1.0f) / (v_load(&p->direction[axis][at]) + v_set(0.0f));
+      v_store(&p->inverse_near[axis][at], inverse * v_set(1.0f - NODE_PAD));
+      v_store(&p->inverse_far[axis][at], inverse * v_set(1.0f + NODE_PAD));
     }
-    v_store(p->whole.origin_min[axis], v_set(least[0]));
-    v_store(p->whole.origin_max[axis], v_set(most[0]));
-    v_store(p->whole.slope_min[axis], v_set(least[1]));
-    v_store(p->whole.slope_max[axis], v_set(most[1]));
+    p->whole.origin_min[axis] = least_of(f->origin_min[axis], g);
+    p->whole.origin_max[axis] = most_of(f->origin_max[axis], g);
   }
 }
 
-static void packet_deepest(packet *p, uint32_t groups) {
-  float deepest = -__builtin_inff();
-  for (uint32_t g = 0; g < groups; g++)
-    deepest = s_max(p->groups.deepest[g], deepest);
-  v_store(p->whole.deepest, v_set(deepest));
-}
-
-/* Derives what the tests need of each ray, and the frustums; true if all share one origin. */
-static bool packet_prepare(packet *p) {
+static void prepare_slopes(packet *p) {
   const int kz = p->axis, kx = v_next_axis[kz], ky = v_next_axis[kx];
   const v_float sense = v_set(p->negative[kz] ? -1.0f : 1.0f);
-  bool common = true;
+  frustums *f = &p->groups;
   uint32_t g = 0;
   for (uint32_t at = 0; at < p->count; at += V_LANES, g++) {
-    for (int axis = 0; axis < 3; axis++) {
-      const v_float origin = v_load(&p->origin[axis][at]);
-      const v_float inverse = v_set(1.0f) / v_load(&p->direction[axis][at]);
-      v_store(&p->inverse_near[axis][at], inverse * v_set(1.0f - NODE_PAD));
-      v_store(&p->inverse_far[axis][at], inverse * v_set(1.0f + NODE_PAD));
-      p->groups.origin_min[axis][g] = v_reduce_min(origin);
-      p->groups.origin_max[axis][g] = v_reduce_max(origin);
-      common &= p->groups.origin_min[axis][g] == p->origin[axis][0] &&
-                p->groups.origin_max[axis][g] == p->origin[axis][0];
-    }
     const v_float depth = v_load(&p->direction[kz][at]);
     const v_float shear_x = v_load(&p->direction[kx][at]) / depth;
     const v_float shear_y = v_load(&p->direction[ky][at]) / depth;
     v_store(&p->shear_x[at], shear_x);
     v_store(&p->shear_y[at], shear_y);
-    p->groups.slope_min[kx][g] = v_reduce_min(shear_x * sense);
-    p->groups.slope_max[kx][g] = v_reduce_max(shear_x * sense);
-    p->groups.slope_min[ky][g] = v_reduce_min(shear_y * sense);
-    p->groups.slope_max[ky][g] = v_reduce_max(shear_y * sense);
-    p->groups.slope_min[kz][g] = p->groups.slope_max[kz][g] = 1.0f;
-    p->groups.deepest[g] = group_deepest(p, at);
+    f->slope_min[kx][g] = v_reduce_min(shear_x * sense);
+    f->slope_max[kx][g] = v_reduce_max(shear_x * sense);
+    f->slope_min[ky][g] = v_reduce_min(shear_y * sense);
+    f->slope_max[ky][g] = v_reduce_max(shear_y * sense);
+    f->slope_min[kz][g] = f->slope_max[kz][g] = 1.0f;
+    f->deepest[g] = group_deepest(p, at);
     v_storeu(&p->record[at], v_setu(WHITTLE_NONE));
     v_storeu(&p->primitive[at], v_setu(WHITTLE_NONE));
   }
-  packet_join(p, g);
-  packet_deepest(p, g);
-  for (int axis = 0; axis < 3; axis++)
-    p->common[axis] = p->origin[axis][0];
+  for (int axis = 0; axis < 3; axis++) {
+    p->whole.slope_min[axis] = least_of(f->slope_min[axis], g);
+    p->whole.slope_max[axis] = most_of(f->slope_max[axis], g);
+  }
+}
+
+/* Derives what the tests need of each ray, and the frustums. */
+static void packet_prepare(packet *p, bool lecture) {
+  packet_pad(p);
+  prepare_slopes(p);
+  packet_deepest(p);
   p->alive = p->count;
-  return common;
+  p->shared = packet_shares(p);
+  if (lecture || !p->shared) {
+    prepare_origins(p);
+    return;
+  }
+  for (int axis = 0; axis < 3; axis++) {
+    const v_float origin = v_set(p->origin[axis][0]);
+    p->whole.origin_min[axis] = p->whole.origin_max[axis] = p->origin[axis][0];
+    for (uint32_t g = 0; g < packet_groups(p); g += V_LANES) {
+      v_store(&p->groups.origin_min[axis][g], origin);
+      v_store(&p->groups.origin_max[axis][g], origin);
+    }
+  }
 }
 
 /* ---- Tests ---------------------------------------------------------------------------------------- */
 
-/* A box as the slab test wants it: the planes met first and last, less the origin if it is common. */
-typedef struct packet_box {
-  float near[3], far[3];
-} packet_box;
-
-static inline packet_box box_for(const packet *p, const whittle_node *node, const bool common) {
-  packet_box box;
-  for (int axis = 0; axis < 3; axis++) {
-    const float low = node->bounds_min[axis], high = node->bounds_max[axis];
-    const float origin = common ? p->common[axis] : 0.0f;
-    box.near[axis] = (p->negative[axis] ? high : low) - origin;
-    box.far[axis] = (p->negative[axis] ? low : high) - origin;
-  }
-  return box;
-}
-
 /* The lanes of a group that enter a box before their nearest hit. */
-static inline uint32_t group_enters(const packet *p, uint32_t at, const packet_box *box,
-                                    const bool common) {
+static inline uint32_t group_enters(const packet *p, uint32_t at, const float low[3],
+                                    const float high[3]) {
   v_float near = v_load(&p->t_min[at]), far = v_load(&p->t[at]);
   for (int axis = 0; axis < 3; axis++) {
-    v_float to_near = v_set(box->near[axis]), to_far = v_set(box->far[axis]);
-    if (!common) {
-      const v_float origin = v_load(&p->origin[axis][at]);
-      to_near = to_near - origin, to_far = to_far - origin;
-    }
+    const v_float origin = v_load(&p->origin[axis][at]);
+    const v_float to_near = v_set(p->negative[axis] ? high[axis] : low[axis]) - origin;
+    const v_float to_far = v_set(p->negative[axis] ? low[axis] : high[axis]) - origin;
     near = v_max(to_near * v_load(&p->inverse_near[axis][at]), near);
     far = v_min(to_far * v_load(&p->inverse_far[axis][at]), far);
   }
   return v_bits(v_le(near, far));
 }
 
-static inline bool whole_reaches(const packet *p, const whittle_node *node) {
-  return v_bits(frustums_reach(&p->whole, 0, p->axis, p->negative[p->axis], node->bounds_min,
-                               node->bounds_max)) & 1;
-}
-
-/* The groups among V_LANES from group `g` on whose frustums reach the node, as bits. */
-static inline uint32_t groups_reach(const packet *p, uint32_t g, const whittle_node *node) {
-  const uint32_t groups = (p->count + V_LANES - 1) / V_LANES;
-  const uint32_t bits = v_bits(frustums_reach(&p->groups, g, p->axis, p->negative[p->axis],
-                                              node->bounds_min, node->bounds_max));
-  return groups - g < V_LANES ? bits & ((1u << (groups - g)) - 1) : bits;
-}
-
-/* The first ray from `first` on that enters the node, or WHITTLE_NONE if none does. */
-static inline __attribute__((always_inline)) uint32_t
-packet_first(const packet *p, const whittle_node *node, uint32_t first, const bool common) {
-  const packet_box box = box_for(p, node, common);
-  uint32_t at = first / V_LANES * V_LANES;
-  const uint32_t bits = group_enters(p, at, &box, common);
-  if (bits != 0)
-    return at + (uint32_t)__builtin_ctz(bits);
-  if (!whole_reaches(p, node))
-    return WHITTLE_NONE;
-  const uint32_t tried = at / V_LANES;
-  for (uint32_t g = tried / V_LANES * V_LANES; g * V_LANES < p->count; g += V_LANES) {
-    uint32_t reach = groups_reach(p, g, node);
-    reach &= g < tried + 1 ? ~((2u << (tried - g)) - 1) : UINT32_MAX;
-    for (; reach; reach &= reach - 1) {
-      at = (g + (uint32_t)__builtin_ctz(reach)) * V_LANES;
-      const uint32_t entering = group_enters(p, at, &box, common);
-      if (entering != 0)
-        return at + (uint32_t)__builtin_ctz(entering);
-    }
-  }
-  return WHITTLE_NONE;
-}
-
-/* The same as the lecture has it, and what decided. */
-static inline uint32_t packet_first_counted(const packet *p, const whittle_node *node,
-                                            uint32_t first, packet_counters *counters) {
-  const packet_box box = box_for(p, node, false);
-  uint32_t found = WHITTLE_NONE, active = 0;
-  for (uint32_t at = first / V_LANES * V_LANES; at < p->count; at += V_LANES) {
-    const uint32_t bits = group_enters(p, at, &box, false);
-    active += (uint32_t)__builtin_popcount(bits);
-    const uint32_t from_first = at < first ? bits >> (first - at) << (first - at) : bits;
-    if (found == WHITTLE_NONE && from_first != 0)
-      found = at + (uint32_t)__builtin_ctz(from_first);
-  }
-  counters->nodes++;
-  if (found == first)
-    counters->decided_first++;
-  else if (!whole_reaches(p, node))
-    counters->decided_frustum++, found = WHITTLE_NONE;
-  else
-    counters->decided_brute_force++;
-  if (found != WHITTLE_NONE)
-    counters->active_rays += active, counters->visited_rays += p->count;
-  return found;
-}
-
-/* ---- Leaves ---------------------------------------------------------------------------------------- */
-
-static inline v_ray group_ray(const packet *p, uint32_t at) {
+static inline __attribute__((always_inline)) v_ray group_ray(const packet *p, uint32_t at) {
   v_ray ray;
   v_set_axes(&ray, p->axis);
   for (int i = 0; i < 3; i++) {
@@ -274,113 +231,53 @@ static inline void record_hits(packet *p, uint32_t at, v_mask hit, uint32_t reco
   if (any) {
     p->alive -= (uint32_t)__builtin_popcount(v_bits(hit));
     v_store(&p->t[at], v_select(hit, v_set(-__builtin_inff()), v_load(&p->t[at])));
-    return;
+  } else {
+    v_store(&p->t[at], v_select(hit, t, v_load(&p->t[at])));
+    v_store(&p->u[at], v_select(hit, u, v_load(&p->u[at])));
+    v_store(&p->v[at], v_select(hit, v, v_load(&p->v[at])));
+    v_storeu(&p->primitive[at], v_selectu(hit, v_setu(primitive), v_loadu(&p->primitive[at])));
   }
-  v_store(&p->t[at], v_select(hit, t, v_load(&p->t[at])));
-  v_store(&p->u[at], v_select(hit, u, v_load(&p->u[at])));
-  v_store(&p->v[at], v_select(hit, v, v_load(&p->v[at])));
-  v_storeu(&p->primitive[at], v_selectu(hit, v_setu(primitive), v_loadu(&p->primitive[at])));
+  p->groups.deepest[at / V_LANES] = group_deepest(p, at);
 }
 
-/* Tests one lane group against a leaf's triangles; true if a hit was recorded. */
+static inline __attribute__((always_inline)) v_relative
+group_relative(const packet *p, const v_ray *ray, const triangle_record *triangle, const bool shared) {
+  const float origin[3] = {p->origin[0][0], p->origin[1][0], p->origin[2][0]};
+  return shared ? v_relate_common(origin, ray, triangle) : v_relate(ray, triangle);
+}
+
+/* Lanes of a group that still look for a hit, and not for the triangle that they start from. */
+static inline v_mask group_open(const packet *p, uint32_t at, uint32_t record) {
+  const v_mask open = v_lt(v_load(&p->t_min[at]), v_load(&p->t[at]));
+  return v_andnot(open, v_equ(v_loadu(&p->skip[at]), v_setu(record)));
+}
+
+/* Whether the line of an open lane of the group meets the triangle. */
 static inline __attribute__((always_inline)) bool
-group_leaf(const trace_context *context, packet *p, uint32_t at, uint32_t enters,
-           const whittle_node *leaf, const bool any, const bool common) {
+group_meets(const packet *p, uint32_t at, const triangle_record *triangle, uint32_t record,
+            const bool shared) {
   const v_ray ray = group_ray(p, at);
-  const v_uint skip = v_loadu(&p->skip[at]);
-  bool changed = false;
-  for (uint32_t r = leaf->left_first; r < leaf->left_first + leaf->count; r++) {
-    const triangle_record *triangle = &context->scene->triangles[r];
-    if (context->masked && !sees(context, triangle))
-      continue;
-    const v_relative relative =
-        common ? v_relate_common(p->common, &ray, triangle) : v_relate(&ray, triangle);
-    const v_mask active = v_andnot(v_from_bits(enters), v_equ(skip, v_setu(r)));
-    v_float t, u, v;
-    const v_mask hit =
-        v_triangle_test(&ray, &relative, triangle, active, v_load(&p->t[at]),
-                        v_loadu(&p->primitive[at]), &t, &u, &v, context->own_box_misses);
-    if (!v_any(hit))
-      continue;
-    changed = true;
-    record_hits(p, at, hit, r, t, u, v, triangle->primitive, any);
-    if (any)
-      enters &= ~v_bits(hit);
-  }
-  return changed;
+  const v_relative relative = group_relative(p, &ray, triangle, shared);
+  v_edges edges;
+  return v_any(v_edge_test(&ray, &relative, group_open(p, at, record), &edges));
 }
 
-static inline __attribute__((always_inline)) void
-packet_leaf(const trace_context *context, packet *p, const whittle_node *leaf, uint32_t first,
-            const bool any, const bool common) {
-  const packet_box box = box_for(p, leaf, common);
-  const uint32_t first_group = first / V_LANES;
-  bool changed = false;
-  for (uint32_t g = first_group / V_LANES * V_LANES; g * V_LANES < p->count; g += V_LANES) {
-    uint32_t reach = groups_reach(p, g, leaf);
-    reach &= g < first_group ? UINT32_MAX << (first_group - g) : UINT32_MAX;
-    for (; reach; reach &= reach - 1) {
-      const uint32_t group = g + (uint32_t)__builtin_ctz(reach), at = group * V_LANES;
-      const uint32_t enters = group_enters(p, at, &box, common);
-      if (enters == 0 || !group_leaf(context, p, at, enters, leaf, any, common))
-        continue;
-      p->groups.deepest[group] = group_deepest(p, at);
-      changed = true;
-    }
-  }
-  if (changed)
-    packet_deepest(p, (p->count + V_LANES - 1) / V_LANES);
-}
-
-/* ---- Traversal -------------------------------------------------------------------------------------- */
-
-/* Whether the first ray meets the left child before the right one. */
-static inline bool left_first(const packet *p, uint32_t first, const whittle_node *left) {
-  const whittle_node *right = left + 1;
-  float along = 0.0f;
-  for (int axis = 0; axis < 3; axis++) {
-    const float apart = (right->bounds_min[axis] + right->bounds_max[axis]) -
-                        (left->bounds_min[axis] + left->bounds_max[axis]);
-    along += apart * p->direction[axis][first];
-  }
-  return along >= 0.0f;
-}
-
-/* Asks for what the visit to a node will read: memory, not arithmetic, is what large scenes wait for. */
-static inline void prefetch_below(const whittle_scene *scene, const whittle_node *node) {
-  if (node->count == 0) {
-    whittle_prefetch(&scene->nodes[node->left_first]);
-    return;
-  }
-  const char *first = (const char *)&scene->triangles[node->left_first];
-  whittle_prefetch(first);
-  whittle_prefetch(first + 64);
-}
-
-static inline __attribute__((always_inline)) void
-packet_traverse(const trace_context *context, packet *p, const bool any, const bool common,
-                const bool lecture) {
-  const whittle_node *nodes = context->scene->nodes;
-  packet_entry stack[WHITTLE_STACK];
-  uint32_t depth = 0;
-  stack[depth++] = (packet_entry){0, 0};
-  while (depth > 0 && p->alive > 0) {
-    const packet_entry entry = stack[--depth];
-    const whittle_node *node = &nodes[entry.node];
-    const uint32_t first = lecture
-                               ? packet_first_counted(p, node, entry.first, context->packets)
-                               : packet_first(p, node, entry.first, common);
-    if (first == WHITTLE_NONE)
-      continue;
-    if (node->count > 0) {
-      packet_leaf(context, p, node, first, any, common);
-      continue;
-    }
-    const uint32_t left = node->left_first;
-    prefetch_below(context->scene, &nodes[left]);
-    prefetch_below(context->scene, &nodes[left + 1]);
-    const uint32_t near = left_first(p, first, &nodes[left]) ? left : left + 1;
-    stack[depth++] = (packet_entry){2 * left + 1 - near, first};
-    stack[depth++] = (packet_entry){near, first};
-  }
+/* The exact test of one triangle for the lanes `active` of a group; true if a hit was recorded. */
+static inline __attribute__((always_inline)) bool
+group_triangle(const trace_context *context, packet *p, uint32_t at, uint32_t active, uint32_t record,
+               const bool any, const bool shared) {
+  const triangle_record *triangle = &context->scene->triangles[record];
+  const v_ray ray = group_ray(p, at);
+  const v_relative relative = group_relative(p, &ray, triangle, shared);
+  v_mask lanes = group_open(p, at, record);
+  if (active != UINT32_MAX)
+    lanes = v_and(lanes, v_from_bits(active));
+  v_float t, u, v;
+  const v_mask hit =
+      v_triangle_test(&ray, &relative, triangle, lanes, v_load(&p->t[at]), v_loadu(&p->primitive[at]),
+                      &t, &u, &v, context->own_box_misses);
+  if (!v_any(hit))
+    return false;
+  record_hits(p, at, hit, record, t, u, v, triangle->primitive, any);
+  return true;
 }

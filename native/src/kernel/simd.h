@@ -49,12 +49,18 @@ typedef __m128 f4_float;
 static inline __m128 f4_load3(const float *p) {
   return _mm_blend_ps(_mm_loadu_ps(p), _mm_setzero_ps(), 8);
 }
+static inline void f4_store(float *p, __m128 a) { _mm_storeu_ps(p, a); }
 static inline __m128 f4_set(float x) { return _mm_set1_ps(x); }
 static inline __m128 f4_make(float x, float y, float z, float w) { return _mm_setr_ps(x, y, z, w); }
+static inline __m128 f4_load(const float *p) { return _mm_loadu_ps(p); }
 static inline __m128 f4_min(__m128 a, __m128 b) { return _mm_min_ps(a, b); }
 static inline __m128 f4_max(__m128 a, __m128 b) { return _mm_max_ps(a, b); }
 /* By the sign bits of `sign`: b where set, else a. */
 static inline __m128 f4_by_sign(__m128 sign, __m128 a, __m128 b) { return _mm_blendv_ps(a, b, sign); }
+static inline uint32_t f4_le(__m128 a, __m128 b) { /* as bits */
+  return (uint32_t)_mm_movemask_ps(_mm_cmple_ps(a, b));
+}
+static inline void f4_transpose(__m128 row[4]) { _MM_TRANSPOSE4_PS(row[0], row[1], row[2], row[3]); }
 static inline float f4_max3(__m128 a) {
   const __m128 y = _mm_shuffle_ps(a, a, 1), z = _mm_movehl_ps(a, a);
   return _mm_cvtss_f32(_mm_max_ss(_mm_max_ss(a, y), z));

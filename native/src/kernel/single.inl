@@ -1,6 +1,6 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* One ray through the binary tree: what secondary rays fall back to, and what counts. */
+/* One ray through the binary tree, counting: the definition of what a ray costs. */
 
 typedef struct single_ray {
   s_ray exact;
@@ -50,10 +50,10 @@ static inline bool single_enters(const single_ray *ray, const whittle_node *node
 
 /* Tests a leaf's triangles; true if `any` and one is hit. */
 static inline bool single_leaf(const trace_context *context, ray_stream *rays, uint32_t i,
-                               single_ray *ray, const whittle_node *leaf, const bool any,
+                               single_ray *ray, uint32_t first, uint32_t count, const bool any,
                                uint32_t *tested) {
   const whittle_scene *scene = context->scene;
-  for (uint32_t r = leaf->left_first; r < leaf->left_first + leaf->count; r++) {
+  for (uint32_t r = first; r < first + count; r++) {
     const triangle_record *triangle = &scene->triangles[r];
     ++*tested;
     if (r == rays->skip[i] || (context->masked && !sees(context, triangle)))
@@ -74,9 +74,8 @@ static inline bool single_leaf(const trace_context *context, ray_stream *rays, u
 /* The nodes that a ray visits: the root; of a visited inner node the children whose padded box it
  * enters, the nearer first and the left one at equal distance; the second only if it still begins
  * no farther than the nearest hit when its turn comes. */
-static inline __attribute__((always_inline)) void single_trace(const trace_context *context,
-                                                               ray_stream *rays, uint32_t i,
-                                                               const bool any, const bool count) {
+static inline __attribute__((always_inline)) void
+count_single(const trace_context *context, ray_stream *rays, uint32_t i, const bool any) {
   const whittle_node *nodes = context->scene->nodes;
   single_ray ray;
   single_ray_load(rays, i, &ray);
@@ -89,7 +88,7 @@ static inline __attribute__((always_inline)) void single_trace(const trace_conte
     const whittle_node *node = &nodes[index];
     visited++;
     if (node->count > 0) {
-      if (single_leaf(context, rays, i, &ray, node, any, &tested))
+      if (single_leaf(context, rays, i, &ray, node->left_first, node->count, any, &tested))
         break;
     } else {
       const uint32_t left = node->left_first;
@@ -113,6 +112,5 @@ static inline __attribute__((always_inline)) void single_trace(const trace_conte
         index = stack[--depth].node;
     } while (going && stack[depth].entry > ray.best);
   }
-  if (count)
-    rays->nodes[i] = visited, rays->triangles[i] = tested;
+  rays->nodes[i] = visited, rays->triangles[i] = tested;
 }

@@ -10,6 +10,10 @@ static inline bool sees(const trace_context *context, const triangle_record *tri
 
 #include "kernel/packet.inl"
 
+#include "kernel/lecture.inl"
+
+#include "kernel/wide.inl"
+
 /* Below this many rays of a class a packet costs more than it saves. */
 #define PACKET_LEAST 4
 /* Dominant axis and octant: rays of a class meet a box's planes in the same order. */
@@ -55,22 +59,16 @@ static bool one_class(const ray_stream *rays, uint32_t first, uint32_t count, ui
 }
 
 static void trace_alone(const trace_context *context, ray_stream *rays, uint32_t i, bool any) {
-  any ? single_trace(context, rays, i, true, false) : single_trace(context, rays, i, false, false);
+  any ? wide_single(context, rays, i, true) : wide_single(context, rays, i, false);
 }
 
-static void traverse(const trace_context *context, packet *p, bool any, bool common) {
-  if (context->mode == WHITTLE_LECTURE) {
-    context->packets->packets++;
-    context->packets->rays += p->count;
-    any ? packet_traverse(context, p, true, false, true)
-        : packet_traverse(context, p, false, false, true);
-  } else if (common) {
-    any ? packet_traverse(context, p, true, true, false)
-        : packet_traverse(context, p, false, true, false);
-  } else {
-    any ? packet_traverse(context, p, true, false, false)
-        : packet_traverse(context, p, false, false, false);
-  }
+static void traverse(const trace_context *context, packet *p, bool any) {
+  if (context->mode == WHITTLE_LECTURE)
+    any ? lecture_traverse(context, p, true) : lecture_traverse(context, p, false);
+  else if (p->shared)
+    any ? wide_traverse(context, p, true, true) : wide_traverse(context, p, false, true);
+  else
+    any ? wide_traverse(context, p, true, false) : wide_traverse(context, p, false, false);
 }
 
 static void trace_class(const trace_context *context, ray_stream *rays, packet *p, uint32_t class,
@@ -78,9 +76,14 @@ static void trace_class(const trace_context *context, ray_stream *rays, packet *
   p->axis = (int)class / 8;
   for (int axis = 0; axis < 3; axis++)
     p->negative[axis] = class >> axis & 1;
-  packet_load(p, rays, count, consecutive);
-  traverse(context, p, any, packet_prepare(p));
-  packet_save(p, rays, any, consecutive);
+  if (consecutive)
+    packet_borrow(p, rays, count);
+  else
+    packet_gather(p, rays, count);
+  packet_prepare(p, context->mode == WHITTLE_LECTURE);
+  traverse(context, p, any);
+  if (!consecutive)
+    packet_scatter(p, rays, any);
 }
 
 static void trace_packet(const trace_context *context, ray_stream *rays, packet *p, uint32_t first,
@@ -120,7 +123,7 @@ static void trace_stream(const trace_context *context, ray_stream *rays, bool an
     }
   } else if (context->count) {
     for (uint32_t i = 0; i < rays->count; i++)
-      any ? single_trace(context, rays, i, true, true) : single_trace(context, rays, i, false, true);
+      any ? count_single(context, rays, i, true) : count_single(context, rays, i, false);
   } else if (context->mode == WHITTLE_SINGLE || context->packet <= 1) {
     for (uint32_t i = 0; i < rays->count; i++)
       trace_alone(context, rays, i, any);

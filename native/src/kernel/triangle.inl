@@ -119,7 +119,8 @@ static inline FN(relative) FN(relate_common)(const float origin[3], const FN(ray
 }
 
 /* The lanes of `active` whose line meets the triangle. */
-static inline MASK FN(edge_test)(const FN(ray) *ray, const FN(relative) *r, MASK active,
+static inline __attribute__((always_inline)) MASK
+FN(edge_test)(const FN(ray) *ray, const FN(relative) *r, MASK active,
                                  FN(edges) *edges) {
   const REAL ax = r->x[0] - ray->shear_x * r->z[0], ay = r->y[0] - ray->shear_y * r->z[0];
   const REAL bx = r->x[1] - ray->shear_x * r->z[1], by = r->y[1] - ray->shear_y * r->z[1];

@@ -4,6 +4,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "bvh/wide.h"
 #include "scene/flatten.h"
 #include "scene/mesh.h"
 
@@ -17,6 +18,8 @@ typedef struct build {
   whittle_team team;
   flat_scene flat;
   whittle_bvh bvh;
+  wide_node *wide;
+  uint32_t wide_count;
   triangle_record *records;
   double started, flattened;
   whittle_status status;
@@ -62,7 +65,8 @@ static whittle_status lead(build *b) {
   if (status != WHITTLE_OK)
     return status;
   b->records = whittle_flat_records(&b->team, b->scene, &b->flat);
-  return WHITTLE_OK;
+  b->wide = whittle_bvh_widen(b->bvh.nodes, b->bvh.node_count, b->team.state, &b->wide_count, error);
+  return b->wide ? WHITTLE_OK : WHITTLE_OUT_OF_MEMORY;
 }
 
 static void work(void *context, uint32_t worker, whittle_run_state *state) {
@@ -95,7 +99,8 @@ static void fill_stats(const build *b, whittle_build_stats *stats) {
   stats->threads = b->options.threads;
   stats->bins = b->options.bins;
   stats->sah_cost = b->bvh.sah_cost;
-  stats->bytes_nodes = b->bvh.node_count * sizeof(whittle_node);
+  stats->bytes_nodes =
+      b->bvh.node_count * sizeof(whittle_node) + b->wide_count * sizeof(wide_node);
   stats->bytes_triangles = b->flat.count * sizeof(triangle_record);
   stats->bytes = stats->bytes_nodes + stats->bytes_triangles + stats->bytes_meshes;
   stats->seconds = now - b->started;
@@ -110,13 +115,17 @@ static void commit(build *b) {
   whittle_scene *scene = b->scene;
   whittle_release(scene->node_block);
   whittle_release(scene->triangles);
+  whittle_release(scene->wide);
   scene->frame = b->flat.frame;
   scene->nodes = b->bvh.nodes;
   scene->node_block = b->bvh.block;
   scene->node_count = b->bvh.node_count;
+  scene->wide = b->wide;
+  scene->wide_count = b->wide_count;
   scene->triangles = b->records;
   scene->triangle_count = (size_t)b->flat.count;
   b->bvh.block = NULL;
+  b->wide = NULL;
   b->records = NULL;
   for (size_t i = 0; i < scene->mesh_count; i++) {
     scene->meshes[i].dropped_non_finite = b->flat.drops[i].non_finite;
@@ -171,6 +180,7 @@ whittle_status whittle_scene_build(whittle_scene *scene, const whittle_build_opt
   }
   whittle_flat_free(&b->flat);
   whittle_release(b->bvh.block);
+  whittle_release(b->wide);
   whittle_release(b->records);
   whittle_release(b);
   return status;

@@ -39,6 +39,7 @@ void whittle_scene_destroy(whittle_scene *scene) {
   whittle_release(scene->materials);
   whittle_release(scene->lights);
   whittle_release(scene->node_block);
+  whittle_release(scene->wide);
   whittle_release(scene->triangles);
   whittle_release(scene);
 }

@@ -65,6 +65,8 @@ struct whittle_scene {
   whittle_node *nodes;      /* node 1 starts a cache line, so that siblings share one */
   whittle_node *node_block; /* what to release: nodes - 1 */
   size_t node_count;
+  struct wide_node *wide; /* the same tree with eight children to a node: bvh/wide.h */
+  uint32_t wide_count;
   triangle_record *triangles;
   size_t triangle_count;
   whittle_build_stats stats;

@@ -1,0 +1,92 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* The lecture's traversal: packets through the binary tree by first ray, frustum, brute force. */
+
+/* Wald, Boulos, Shirley: Ray Tracing Deformable Scenes using Dynamic BVHs, TOG 2007. It counts what
+ * each of the three tests decided, and how many rays enter the nodes that their packets visit. */
+
+typedef struct lecture_entry {
+  uint32_t node, first;
+} lecture_entry;
+
+static inline bool lecture_frustum_reaches(const packet *p, const whittle_node *node) {
+  const v_frustum f = frustum_everywhere(&p->whole);
+  v_float low[3], high[3], depth;
+  for (int axis = 0; axis < 3; axis++)
+    low[axis] = v_set(node->bounds_min[axis]), high[axis] = v_set(node->bounds_max[axis]);
+  return v_any(frustum_reaches(&f, p->axis, p->negative[p->axis], low, high, &depth));
+}
+
+/* The first ray from `first` on that enters the node, or WHITTLE_NONE if none does. */
+static inline uint32_t lecture_first(const packet *p, const whittle_node *node, uint32_t first,
+                                     packet_counters *counters) {
+  uint32_t found = WHITTLE_NONE, active = 0;
+  for (uint32_t at = first / V_LANES * V_LANES; at < p->count; at += V_LANES) {
+    const uint32_t bits = group_enters(p, at, node->bounds_min, node->bounds_max);
+    const uint32_t from_first = at < first ? bits >> (first - at) << (first - at) : bits;
+    active += (uint32_t)__builtin_popcount(from_first);
+    if (found == WHITTLE_NONE && from_first != 0)
+      found = at + (uint32_t)__builtin_ctz(from_first);
+  }
+  counters->nodes++;
+  if (found == first)
+    counters->decided_first++;
+  else if (!lecture_frustum_reaches(p, node))
+    counters->decided_frustum++, found = WHITTLE_NONE;
+  else
+    counters->decided_brute_force++;
+  if (found != WHITTLE_NONE)
+    counters->active_rays += active, counters->visited_rays += p->count;
+  return found;
+}
+
+static inline void lecture_leaf(const trace_context *context, packet *p, const whittle_node *leaf,
+                                uint32_t first, const bool any) {
+  bool changed = false;
+  for (uint32_t at = first / V_LANES * V_LANES; at < p->count; at += V_LANES) {
+    const uint32_t enters = group_enters(p, at, leaf->bounds_min, leaf->bounds_max);
+    for (uint32_t i = 0; enters && i < leaf->count; i++) {
+      const uint32_t record = leaf->left_first + i;
+      if (!context->masked || sees(context, &context->scene->triangles[record]))
+        changed |= group_triangle(context, p, at, enters, record, any, false);
+    }
+  }
+  if (changed)
+    packet_deepest(p);
+}
+
+/* Whether the first ray meets the left child before the right one. */
+static inline bool left_first(const packet *p, uint32_t first, const whittle_node *left) {
+  const whittle_node *right = left + 1;
+  float along = 0.0f;
+  for (int axis = 0; axis < 3; axis++) {
+    const float apart = (right->bounds_min[axis] + right->bounds_max[axis]) -
+                        (left->bounds_min[axis] + left->bounds_max[axis]);
+    along += apart * p->direction[axis][first];
+  }
+  return along >= 0.0f;
+}
+
+static void lecture_traverse(const trace_context *context, packet *p, const bool any) {
+  const whittle_node *nodes = context->scene->nodes;
+  lecture_entry stack[WHITTLE_STACK];
+  uint32_t depth = 0;
+  context->packets->packets++;
+  context->packets->rays += p->count;
+  stack[depth++] = (lecture_entry){0, 0};
+  while (depth > 0 && p->alive > 0) {
+    const lecture_entry entry = stack[--depth];
+    const whittle_node *node = &nodes[entry.node];
+    const uint32_t first = lecture_first(p, node, entry.first, context->packets);
+    if (first == WHITTLE_NONE)
+      continue;
+    if (node->count > 0) {
+      lecture_leaf(context, p, node, first, any);
+      continue;
+    }
+    const uint32_t left = node->left_first;
+    const uint32_t near = left_first(p, first, &nodes[left]) ? left : left + 1;
+    stack[depth++] = (lecture_entry){2 * left + 1 - near, first};
+    stack[depth++] = (lecture_entry){near, first};
+  }
+}
