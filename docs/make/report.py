@@ -14,9 +14,9 @@ from pathlib import Path
 import bpy
 import capture
 import error
-import identity
 import leaving_out
 import report_page
+import same_bits
 import studio
 
 PERCENT, ROUNDS = 25, 3  # unless asked for otherwise
@@ -37,7 +37,7 @@ class Report:
     triangles: int
     reference: error.Reference
     errors: list[error.Row]
-    identities: list[identity.Row]
+    identities: list[same_bits.Row]
     needs: list[leaving_out.Row]
 
     def failures(self) -> list[str]:
@@ -64,8 +64,8 @@ def measure(path: Path | None, percent: int, rounds: int) -> Report:
     reference = error.make_reference(core_scene, shot)
     errors = list(error.sweep(core_scene, shot, reference, fixed, rounds))
     del core_scene
-    identities = list(identity.run(shot))
-    identities += identity.run_isas(shot.core, path, percent)
+    identities = list(same_bits.run(shot))
+    identities += same_bits.run_isas(shot.core, path, percent)
     return Report(
         scene=studio.name_of(path),
         command=_command(path, percent, rounds),

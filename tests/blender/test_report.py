@@ -66,20 +66,20 @@ def test_needs_change_the_picture_that_has_them(needs):
 
 
 def test_settings_of_speed_change_no_bit(shot):
-    import identity
+    import same_bits
 
-    rows = list(identity.run(shot))
+    rows = list(same_bits.run(shot))
     assert len({row.setting for row in rows}) >= 8
     assert {row.digest for row in rows} == {rows[0].digest}
 
 
 def test_a_changed_bit_changes_the_digest(shot):
-    import identity
+    import same_bits
 
     scene = shot.scene()
     scene.build()
-    plain, _ = identity.digest(scene, shot, {})
-    other, _ = identity.digest(scene, shot, {"cutoff": 0.01})
+    plain, _ = same_bits.digest(scene, shot, {})
+    other, _ = same_bits.digest(scene, shot, {"cutoff": 0.01})
     assert plain != other
 
 
@@ -112,10 +112,10 @@ def test_rmse_is_what_it_says():
 
 
 def test_a_setting_that_changes_a_bit_is_named():
-    import identity
     import report
+    import same_bits
 
-    rows = [identity.Row("bins", "8", "aa", 0.0, 0.0), identity.Row("bins", "16", "ab", 0.0, 0.0)]
+    rows = [same_bits.Row("bins", "8", "aa", 0.0, 0.0), same_bits.Row("bins", "16", "ab", 0.0, 0.0)]
     found = report.Report(*([None] * 11), identities=rows, needs=[])
     assert found.failures() == ["bins 16"]
     assert replace(found, identities=rows[:1]).failures() == []
