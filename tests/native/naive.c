@@ -1,6 +1,7 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* What one writes first: triangle and box tests by brute force, to show that the tests are sharp. */
+/* What one writes first: triangle and box tests by brute force, to show that the tests are sharp.
+ */
 
 #include <float.h>
 #include <math.h>
@@ -8,10 +9,10 @@
 #include <stdlib.h>
 
 typedef enum triangle_test {
-  WOOP,         /* Woop, Benthin, Wald 2013 with the double fallback: the control, never a culprit */
-  WOOP_FMA,     /* the same as a compiler contracts it, without the fallback */
-  MOLLER,       /* Moeller-Trumbore without any epsilon */
-  MOLLER_DET,   /* and with |det| < 1e-7 taken for parallel */
+  WOOP,       /* Woop, Benthin, Wald 2013 with the double fallback: the control, never a culprit */
+  WOOP_FMA,   /* the same as a compiler contracts it, without the fallback */
+  MOLLER,     /* Moeller-Trumbore without any epsilon */
+  MOLLER_DET, /* and with |det| < 1e-7 taken for parallel */
   MOLLER_LOOSE, /* and written as rejections, which NaN passes */
   PLUECKER,     /* signed volumes in float, strict */
 } triangle_test;
@@ -29,15 +30,15 @@ typedef enum box_test {
 
 typedef struct ray {
   float o[3], d[3], inverse[3];
-  int x, y, z;         /* axes for Woop: z is the largest */
-  float sx, sy, sz;    /* shear */
-  int near_side[3];    /* 1: the upper plane is met first */
+  int x, y, z;      /* axes for Woop: z is the largest */
+  float sx, sy, sz; /* shear */
+  int near_side[3]; /* 1: the upper plane is met first */
 } ray;
 
 static void set_up(ray *r, const float *o, const float *d) {
   r->z = fabsf(d[0]) >= fabsf(d[1]) && fabsf(d[0]) >= fabsf(d[2]) ? 0
-         : fabsf(d[1]) >= fabsf(d[2])                               ? 1
-                                                                    : 2;
+         : fabsf(d[1]) >= fabsf(d[2])                             ? 1
+                                                                  : 2;
   r->x = (r->z + 1) % 3;
   r->y = (r->x + 1) % 3;
   for (int k = 0; k < 3; k++) {
@@ -171,10 +172,10 @@ static void bound(const float *v, int64_t count, float *low, float *high) {
 }
 
 /* The nearest hit of each ray over all triangles, in the order given; boxes lie around `group`
- * triangles in a row. `lowest` decides between equal t by index, else the first found stays. 1 if memory
- * is short. */
-int naive_trace(int test, int box, int group, int lowest, const float *v, int64_t n,
-                 const float *o, const float *d, int64_t rays, float *t, int32_t *id) {
+ * triangles in a row. `lowest` decides between equal t by index, else the first found stays. 1 if
+ * memory is short. */
+int naive_trace(int test, int box, int group, int lowest, const float *v, int64_t n, const float *o,
+                const float *d, int64_t rays, float *t, int32_t *id) {
   ray *all = malloc((size_t)(rays + 1) * sizeof *all);
   if (!all)
     return 1;
@@ -247,8 +248,8 @@ int64_t naive_edge_asymmetry(int fused, const float *a, const float *b, int64_t 
   return bad;
 }
 
-/* Draws whole tiles without looking at the image's size, into a buffer with room to spare; gives how
- * many pixels outside the image's memory were written. `buffer` holds `room` zeros. */
+/* Draws whole tiles without looking at the image's size, into a buffer with room to spare; gives
+ * how many pixels outside the image's memory were written. `buffer` holds `room` zeros. */
 int64_t naive_tiles(int64_t width, int64_t height, int64_t tile, uint8_t *buffer, int64_t room) {
   int64_t outside = 0;
   for (int64_t y0 = 0; y0 < height; y0 += tile)

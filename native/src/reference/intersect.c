@@ -28,9 +28,8 @@ typedef struct oracle {
  * the edge itself is a difference of floats, which double holds, so small far triangles keep their
  * shape; and swapping p and q negates the volume exactly, so that triangles which share an edge
  * agree on its side. Twice the volume, which is a factor that cancels. */
-static inline __attribute__((always_inline)) double edge_volume(const double d[3], const float p[3],
-                                                                const float q[3],
-                                                                const double origin[3]) {
+static inline __attribute__((always_inline)) double
+edge_volume(const double d[3], const float p[3], const float q[3], const double origin[3]) {
   double e[3], s[3];
   for (int axis = 0; axis < 3; axis++) {
     e[axis] = (double)p[axis] - (double)q[axis];
@@ -53,8 +52,9 @@ volumes(const oracle_chunk *chunk, const triangle_record *triangle, uint32_t i, 
   weight[2] = edge_volume(d, triangle->v1, triangle->v0, origin);
 }
 
-static inline __attribute__((always_inline)) int64_t
-mark_inside(oracle_chunk *chunk, const triangle_record *triangle, uint32_t count) {
+static inline __attribute__((always_inline)) int64_t mark_inside(oracle_chunk *chunk,
+                                                                 const triangle_record *triangle,
+                                                                 uint32_t count) {
   int64_t any = 0;
   for (uint32_t i = 0; i < count; i++) {
     double w[3];
@@ -181,9 +181,11 @@ whittle_status whittle_reference_intersect(const whittle_scene *scene, const whi
   status = whittle_scene_read_begin(scene, error);
   if (status)
     return status;
-  oracle all = {scene, rays, hits, rays->visibility ? rays->visibility : WHITTLE_ALL,
-                level >= WHITTLE_AVX2, 0};
-  const uint32_t wanted = options && options->threads ? options->threads : whittle_default_threads();
+  oracle all = {
+      scene, rays, hits, rays->visibility ? rays->visibility : WHITTLE_ALL, level >= WHITTLE_AVX2,
+      0};
+  const uint32_t wanted =
+      options && options->threads ? options->threads : whittle_default_threads();
   const size_t chunks = rays->count / RAY_CHUNK + 1;
   whittle_run_state state = {.total = rays->count};
   status = whittle_run(chunks < wanted ? (uint32_t)chunks : wanted, oracle_worker, &all, &state,
