@@ -71,12 +71,4 @@ class WHITTLE_OT_demo_scene(bpy.types.Operator):
 
 CLASSES = (WHITTLE_OT_heatmaps, WHITTLE_OT_demo_scene)
 
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)
