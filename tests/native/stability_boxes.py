@@ -14,6 +14,7 @@ from stability_triangles import ASIDE
 
 SLACK = 2.0**-18  #: by which t may be moved when clamped to the padded box of the triangle
 BLOCK = 20_000  #: triangles in one scene
+MOST_LONE = 200_000  #: each ray has a triangle of its own, and crosses hundreds of others
 
 
 def lone_triangles(
@@ -42,20 +43,31 @@ def lone_triangles(
         yield corners, origin, (target - origin).astype(np.float32)
 
 
+def farthest(corners: NDArray, origin: NDArray, direction: NDArray) -> NDArray:
+    """t of the farthest corner of triangle i along the longest axis of ray i, and a little more."""
+    rows = np.arange(len(origin))
+    z = np.abs(direction).argmax(axis=1)
+    depth = corners[rows, :, z].astype(np.float64) - origin[rows, z][:, None]
+    depth /= direction[rows, z][:, None]
+    return depth.max(axis=1) * (1 + SLACK)
+
+
 def lost_hits(blocks: list[dict], count: int) -> Result:
     """Hits of the bare triangle test, of one triangle and one ray, that the tree loses: neither
-    that triangle nor a nearer one is reported."""
+    that triangle is reported nor another one that can lie before it."""
     lost = tried = 0
     for options in blocks:
-        for corners, origins, directions in lone_triangles(count // len(blocks), **options):
+        rays = min(count, MOST_LONE) // len(blocks)
+        for corners, origins, directions in lone_triangles(rays, **options):
             scene, stats = scene_of(meshes.soup(corners), max_leaf=1)
             hits = scene.intersect(origins, directions)
             origin, direction, factor = rebase(stats, origins, directions)
             triangles = scene.triangles()
             own = triangles["triangle"]
-            bare = naive.pairs(triangles["vertices"], origin[own], direction[own], naive.WOOP)
+            origin, direction = origin[own], direction[own]
+            bare = naive.pairs(triangles["vertices"], origin, direction, naive.WOOP)
             meets = np.isfinite(bare)
-            nearer = (hits["t"] / factor)[own] <= bare * (1 + SLACK)
+            nearer = (hits["t"] / factor)[own] <= farthest(triangles["vertices"], origin, direction)
             lost += int((meets & ~nearer & (hits["triangle"][own] != own)).sum())
             tried += int(meets.sum())
     return Result(lost, tried)

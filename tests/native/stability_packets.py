@@ -195,7 +195,7 @@ def duplicate_rays(count: int) -> tuple[meshes.Mesh, Rays]:
 
 def duplicates(count: int) -> Result:
     """Winners that are not the lowest copy, or that depend on builder, threads or packets."""
-    mesh, rays = duplicate_rays(count)
+    mesh, rays = duplicate_rays(min(count, 300_000))
     lowest = lowest_copy(mesh)
     bad, first = 0, None
     for bins, leaf, threads, packet in (
