@@ -58,6 +58,11 @@ static bool one_class(const ray_stream *rays, uint32_t first, uint32_t count, ui
   return true;
 }
 
+/* Whether these rays fill their groups of lanes, so that no other packet's rays lie in them. */
+static inline bool fills_groups(const ray_stream *rays, uint32_t first, uint32_t count) {
+  return first % V_LANES == 0 && (count % V_LANES == 0 || first + count == rays->count);
+}
+
 static void trace_alone(const trace_context *context, ray_stream *rays, uint32_t i, bool any) {
   any ? wide_single(context, rays, i, true) : wide_single(context, rays, i, false);
 }
@@ -90,7 +95,8 @@ static void trace_packet(const trace_context *context, ray_stream *rays, packet 
                          uint32_t count, bool any) {
   const uint32_t least = context->mode == WHITTLE_LECTURE ? 1 : PACKET_LEAST;
   const uint32_t class = ray_class(rays, first);
-  if (class != RAY_ALONE && count >= least && one_class(rays, first, count, class)) {
+  if (class != RAY_ALONE && count >= least && fills_groups(rays, first, count) &&
+      one_class(rays, first, count, class)) {
     p->slot[0] = first;
     trace_class(context, rays, p, class, count, any, true);
     return;
