@@ -116,7 +116,8 @@ WHITTLE_API whittle_status whittle_scene_add_instance(whittle_scene *scene, uint
  * `ior`, S the Schlick ramp (1 - cos theta)^5:
  *   mirror ray:    mirror + metal_weight (metal + (1 - metal) S) + specular F
  *   refracted ray: transmission (1 - F)
- *   light:         diffuse (1 - specular F) / pi, and with roughness > 0 a GGX highlight
+ *   light:         diffuse (1 - F) / pi, or without specular diffuse / pi; with roughness > 0 also
+ *                  a GGX highlight
  * With roughness 0 the mirror ray is traced; above, it is not: only lights show, as a GGX
  * highlight, and the world's colour. Refraction is always sharp. */
 typedef struct whittle_material {
@@ -154,17 +155,16 @@ WHITTLE_API whittle_status whittle_scene_set_materials(whittle_scene *scene,
 WHITTLE_API whittle_status whittle_scene_set_lights(whittle_scene *scene,
                                                     const whittle_light *lights, size_t count,
                                                     whittle_error *error);
-WHITTLE_API whittle_status whittle_scene_set_world(whittle_scene *scene,
-                                                   const whittle_world *world,
+WHITTLE_API whittle_status whittle_scene_set_world(whittle_scene *scene, const whittle_world *world,
                                                    whittle_error *error);
 
 /* ---- Build ----------------------------------------------------------------------------------- */
 
 typedef struct whittle_build_options {
-  uint32_t threads;        /* 0: whittle_default_threads() */
-  uint32_t bins;           /* 0: 16; 2 to 64 */
-  uint32_t max_leaf;       /* 0: 8; 1 to 64 triangles */
-  float traversal_cost;    /* 0: 1, in triangle tests */
+  uint32_t threads;     /* 0: whittle_default_threads() */
+  uint32_t bins;        /* 0: 16; 2 to 64 */
+  uint32_t max_leaf;    /* 0: 8; 1 to 64 triangles */
+  float traversal_cost; /* 0: 1, in triangle tests */
   whittle_progress progress;
 } whittle_build_options;
 
@@ -176,12 +176,12 @@ typedef struct whittle_build_stats {
   uint32_t nodes, leaves, depth; /* depth: edges from the root to the deepest leaf */
   uint32_t largest_leaf;
   uint32_t threads, bins;
-  double sah_cost;          /* (C sum of inner areas + sum of count x leaf area) / root area */
-  uint64_t bytes;           /* of the finished structures: nodes, indices, triangles, meshes */
+  double sah_cost; /* (C sum of inner areas + sum of count x leaf area) / root area */
+  uint64_t bytes;  /* of the finished structures: nodes, indices, triangles, meshes */
   uint64_t bytes_nodes, bytes_triangles, bytes_meshes;
   double seconds, seconds_flatten, seconds_tree; /* wall time */
-  double center[3];         /* what was subtracted from world positions */
-  int32_t exponent;         /* and then they were divided by 2^exponent */
+  double center[3];                              /* what was subtracted from world positions */
+  int32_t exponent;                              /* and then they were divided by 2^exponent */
 } whittle_build_stats;
 
 /* Builds or rebuilds everything that tracing needs. `stats` may be NULL. After WHITTLE_CANCELLED or
@@ -242,10 +242,10 @@ typedef struct whittle_rays {
 
 /* Where results go: one entry a ray; NULL arrays are left out. */
 typedef struct whittle_hits {
-  float *t;           /* infinity: miss */
-  int32_t *instance;  /* -1: miss */
-  int32_t *triangle;  /* the caller's index in its mesh; -1: miss */
-  float *u, *v;       /* weights of the second and third vertex */
+  float *t;            /* infinity: miss */
+  int32_t *instance;   /* -1: miss */
+  int32_t *triangle;   /* the caller's index in its mesh; -1: miss */
+  float *u, *v;        /* weights of the second and third vertex */
   uint32_t *nodes;     /* nodes that this ray alone visits on the binary tree, root included */
   uint32_t *triangles; /* triangles that it tests */
 } whittle_hits;
@@ -298,7 +298,7 @@ typedef enum whittle_pattern {
 } whittle_pattern;
 
 typedef struct whittle_settings {
-  uint32_t samples;   /* per pixel, a square number: 1 (0), 4, 9, 16, ... 4096 */
+  uint32_t samples; /* per pixel, a square number: 1 (0), 4, 9, 16, ... 4096 */
   whittle_pattern pattern;
   uint32_t seed;      /* of the stratified pattern */
   uint32_t max_depth; /* bounces after the first hit; 0: 8; up to 64 */
@@ -307,9 +307,9 @@ typedef struct whittle_settings {
   int no_cutoff;      /* drop none but those of weight 0 */
   int transparent;    /* background leaves colour and alpha 0 */
   whittle_mode mode;
-  uint32_t packet;    /* rays in a packet: 0: chosen; 1, 16, 64, 256, 1024 */
-  uint32_t threads;   /* 0: whittle_default_threads() */
-  int generic;        /* use the kernel that leaves nothing out */
+  uint32_t packet;  /* rays in a packet: 0: chosen; 1, 16, 64, 256, 1024 */
+  uint32_t threads; /* 0: whittle_default_threads() */
+  int generic;      /* use the kernel that leaves nothing out */
   whittle_progress progress;
 } whittle_settings;
 
@@ -345,8 +345,13 @@ typedef struct whittle_image {
   float *pass[WHITTLE_PASS_COUNT];
 } whittle_image;
 
-enum { WHITTLE_RAY_PRIMARY = 0, WHITTLE_RAY_SHADOW, WHITTLE_RAY_REFLECTION, WHITTLE_RAY_REFRACTION,
-       WHITTLE_RAY_KINDS };
+enum {
+  WHITTLE_RAY_PRIMARY = 0,
+  WHITTLE_RAY_SHADOW,
+  WHITTLE_RAY_REFLECTION,
+  WHITTLE_RAY_REFRACTION,
+  WHITTLE_RAY_KINDS
+};
 
 /* What a scene and its settings need; the rest is left out of the kernel and of memory. */
 enum {
@@ -371,15 +376,16 @@ typedef struct whittle_render_stats {
   uint64_t triangles[WHITTLE_RAY_KINDS]; /* only with counters */
   uint64_t shadow_rays_left_out;         /* lights behind the surface or of weight 0 */
   uint64_t secondary_rays_left_out;      /* below the cut-off or beyond the depth limit */
-  double dropped_weight;                 /* their summed weight: the bound of the error, per pixel */
-  uint64_t own_box_misses;               /* hits outside their own padded box: must be 0 */
+  double dropped_weight;   /* their summed weight: the bound of the error, per pixel */
+  uint64_t own_box_misses; /* hits outside their own padded box: must be 0 */
   /* Only in the lecture mode: how often each of the three tests decided a node for a packet. */
   uint64_t packets, packet_nodes, packet_rays;
   uint64_t decided_first, decided_frustum, decided_brute_force;
   uint64_t active_rays;  /* rays that hit the nodes their packets visited, summed */
   uint64_t visited_rays; /* rays in those packets, summed */
   double seconds;        /* wall time */
-  double seconds_primary, seconds_shadow, seconds_secondary, seconds_shade; /* summed over threads */
+  double seconds_primary, seconds_shadow, seconds_secondary,
+      seconds_shade; /* summed over threads */
   uint32_t threads;
   uint32_t needs;        /* of the scene and settings */
   uint32_t kernel_needs; /* of the kernel that ran; more than needs only if generic */
@@ -392,7 +398,8 @@ WHITTLE_API whittle_status whittle_render(const whittle_scene *scene, const whit
                                           const whittle_image *image, whittle_render_stats *stats,
                                           whittle_error *error);
 
-/* ---- Rendering in the background --------------------------------------------------------------- */
+/* ---- Rendering in the background ---------------------------------------------------------------
+ */
 
 typedef struct whittle_job whittle_job;
 

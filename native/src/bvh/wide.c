@@ -52,7 +52,8 @@ static bool is_leaf(const collapse *c, uint32_t node) {
 }
 
 /* The up to eight descendants that become the children of a node. */
-static uint32_t choose_children(const collapse *c, uint32_t source, uint32_t chosen[WHITTLE_WIDTH]) {
+static uint32_t choose_children(const collapse *c, uint32_t source,
+                                uint32_t chosen[WHITTLE_WIDTH]) {
   uint32_t n = 1;
   chosen[0] = source;
   while (n < WHITTLE_WIDTH) {

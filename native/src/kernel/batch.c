@@ -18,14 +18,18 @@ typedef struct block {
   uint32_t count;
 } block;
 
-static void add_array(block *b, void *pointer) { b->arrays[b->count++] = pointer; }
+static void add_array(block *b, void *pointer) {
+  b->arrays[b->count++] = pointer;
+}
 
 static void add_arrays(block *b, float **pointers, uint32_t count) {
   for (uint32_t i = 0; i < count; i++)
     add_array(b, &pointers[i]);
 }
 
-static size_t padded(uint32_t capacity) { return (size_t)capacity + WHITTLE_LANE_PAD; }
+static size_t padded(uint32_t capacity) {
+  return (size_t)capacity + WHITTLE_LANE_PAD;
+}
 
 static size_t block_bytes(const block *b, uint32_t capacity) {
   return capacity ? padded(capacity) * b->count * sizeof(float) : 0;
@@ -88,7 +92,8 @@ size_t ray_batch_bytes(const ray_batch *batch) {
 
 static block surfaces_block(surface_batch *s) {
   block b = {.count = 0};
-  float **vectors[] = {s->point, s->geometric, s->normal, s->view, s->weight, s->diffuse, s->highlight};
+  float **vectors[] = {s->point,  s->geometric, s->normal,   s->view,
+                       s->weight, s->diffuse,   s->highlight};
   for (uint32_t i = 0; i < sizeof vectors / sizeof *vectors; i++)
     add_arrays(&b, vectors[i], 3);
   void *others[] = {&s->error, &s->alpha, &s->record, &s->slot, &s->ray};

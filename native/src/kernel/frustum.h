@@ -51,10 +51,12 @@ static inline v_frustum frustums_load(const frustums *f, uint32_t at) {
   return each;
 }
 
-static inline v_float larger_abs(v_float a, v_float b) { return v_max(v_abs(a), v_abs(b)); }
+static inline v_float larger_abs(v_float a, v_float b) {
+  return v_max(v_abs(a), v_abs(b));
+}
 
-/* The lanes whose frustum may reach into its box, and the depth at which it would. k is the dominant
- * axis. A box with NaN bounds is not reached. */
+/* The lanes whose frustum may reach into its box, and the depth at which it would. k is the
+ * dominant axis. A box with NaN bounds is not reached. */
 static inline v_mask frustum_reaches(const v_frustum *f, int k, bool negative, const v_float low[3],
                                      const v_float high[3], v_float *depth) {
   const v_float slack = v_set(FRUSTUM_SLACK), nothing = v_set(0.0f);

@@ -19,11 +19,11 @@ typedef struct ray_stream {
   float *origin[3];
   float *direction[3];
   float *t_min;
-  float *t;            /* in: t_max; out: t of the hit */
-  float *u, *v;        /* out: weights of the second and third vertex */
-  uint32_t *record;    /* out: index into scene->triangles, or WHITTLE_NONE */
-  uint32_t *skip;      /* index into scene->triangles that this ray must not hit */
-  uint32_t *nodes;     /* out if counting: nodes visited and triangles tested */
+  float *t;         /* in: t_max; out: t of the hit */
+  float *u, *v;     /* out: weights of the second and third vertex */
+  uint32_t *record; /* out: index into scene->triangles, or WHITTLE_NONE */
+  uint32_t *skip;   /* index into scene->triangles that this ray must not hit */
+  uint32_t *nodes;  /* out if counting: nodes visited and triangles tested */
   uint32_t *triangles;
 } ray_stream;
 

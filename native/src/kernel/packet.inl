@@ -17,8 +17,8 @@ typedef struct packet_room {
   uint32_t record[PACKET_ROOM], skip[PACKET_ROOM];
 } packet_room;
 
-/* Rays of one class: same dominant axis, same octant, t_min >= 0. The arrays are the stream's own, or
- * those of `room`; the lanes behind `count` in the last group are dead. */
+/* Rays of one class: same dominant axis, same octant, t_min >= 0. The arrays are the stream's own,
+ * or those of `room`; the lanes behind `count` in the last group are dead. */
 typedef struct packet {
   uint32_t count;
   int axis;
@@ -27,6 +27,8 @@ typedef struct packet {
   uint32_t alive;   /* lanes not yet blocked, for any-hit rays */
   frustum whole;
   frustums groups;
+  uint32_t quarter;     /* lane groups in a quarter of the packet, a multiple of V_LANES */
+  float quarters[4][4]; /* least and most slope in x and y of each quarter */
   float *origin[3], *direction[3], *t_min, *t, *u, *v; /* t of a blocked lane is -infinity */
   uint32_t *record, *skip;
   float inverse_near[3][PACKET_ROOM], inverse_far[3][PACKET_ROOM]; /* padded; unless shared */
@@ -36,7 +38,8 @@ typedef struct packet {
   packet_room room;
 } packet;
 
-/* ---- Filling and emptying ----------------------------------------------------------------------- */
+/* ---- Filling and emptying -----------------------------------------------------------------------
+ */
 
 /* Takes `count` rays from slot[0] on, where they stand. */
 static void packet_borrow(packet *p, const ray_stream *rays, uint32_t count) {
@@ -174,6 +177,22 @@ static void prepare_slopes(packet *p) {
   }
 }
 
+/* The slopes of a quarter of the packet, which in Z order is a square; NaN where it has no rays. */
+static void prepare_quarters(packet *p) {
+  const int x = v_next_axis[p->axis], y = v_next_axis[x];
+  const uint32_t groups = packet_groups(p), step = 4 * V_LANES;
+  p->quarter = (groups + step - 1) / step * V_LANES;
+  for (uint32_t q = 0; q < 4; q++) {
+    const uint32_t g = q * p->quarter;
+    const uint32_t count = g >= groups ? 0 : groups - g < p->quarter ? groups - g : p->quarter;
+    const float none = __builtin_nanf("");
+    p->quarters[0][q] = count ? least_of(p->groups.slope_min[x] + g, count) : none;
+    p->quarters[1][q] = count ? most_of(p->groups.slope_max[x] + g, count) : none;
+    p->quarters[2][q] = count ? least_of(p->groups.slope_min[y] + g, count) : none;
+    p->quarters[3][q] = count ? most_of(p->groups.slope_max[y] + g, count) : none;
+  }
+}
+
 /* Derives what the tests need of each ray, and the frustums. */
 static void packet_prepare(packet *p, bool lecture) {
   packet_pad(p);
@@ -185,6 +204,7 @@ static void packet_prepare(packet *p, bool lecture) {
     prepare_origins(p);
     return;
   }
+  prepare_quarters(p);
   for (int axis = 0; axis < 3; axis++) {
     const v_float origin = v_set(p->origin[axis][0]);
     p->whole.origin_min[axis] = p->whole.origin_max[axis] = p->origin[axis][0];
@@ -195,7 +215,8 @@ static void packet_prepare(packet *p, bool lecture) {
   }
 }
 
-/* ---- Tests ---------------------------------------------------------------------------------------- */
+/* ---- Tests
+ * ---------------------------------------------------------------------------------------- */
 
 /* The lanes of a group that enter a box before their nearest hit. */
 static inline uint32_t group_enters(const packet *p, uint32_t at, const float low[3],
@@ -240,8 +261,8 @@ static inline void record_hits(packet *p, uint32_t at, v_mask hit, uint32_t reco
   p->groups.deepest[at / V_LANES] = group_deepest(p, at);
 }
 
-static inline __attribute__((always_inline)) v_relative
-group_relative(const packet *p, const v_ray *ray, const triangle_record *triangle, const bool shared) {
+static inline __attribute__((always_inline)) v_relative group_relative(
+    const packet *p, const v_ray *ray, const triangle_record *triangle, const bool shared) {
   const float origin[3] = {p->origin[0][0], p->origin[1][0], p->origin[2][0]};
   return shared ? v_relate_common(origin, ray, triangle) : v_relate(ray, triangle);
 }
@@ -253,9 +274,9 @@ static inline v_mask group_open(const packet *p, uint32_t at, uint32_t record) {
 }
 
 /* Whether the line of an open lane of the group meets the triangle. */
-static inline __attribute__((always_inline)) bool
-group_meets(const packet *p, uint32_t at, const triangle_record *triangle, uint32_t record,
-            const bool shared) {
+static inline __attribute__((always_inline)) bool group_meets(const packet *p, uint32_t at,
+                                                              const triangle_record *triangle,
+                                                              uint32_t record, const bool shared) {
   const v_ray ray = group_ray(p, at);
   const v_relative relative = group_relative(p, &ray, triangle, shared);
   v_edges edges;
@@ -264,8 +285,8 @@ group_meets(const packet *p, uint32_t at, const triangle_record *triangle, uint3
 
 /* The exact test of one triangle for the lanes `active` of a group; true if a hit was recorded. */
 static inline __attribute__((always_inline)) bool
-group_triangle(const trace_context *context, packet *p, uint32_t at, uint32_t active, uint32_t record,
-               const bool any, const bool shared) {
+group_triangle(const trace_context *context, packet *p, uint32_t at, uint32_t active,
+               uint32_t record, const bool any, const bool shared) {
   const triangle_record *triangle = &context->scene->triangles[record];
   const v_ray ray = group_ray(p, at);
   const v_relative relative = group_relative(p, &ray, triangle, shared);
@@ -274,8 +295,8 @@ group_triangle(const trace_context *context, packet *p, uint32_t at, uint32_t ac
     lanes = v_and(lanes, v_from_bits(active));
   v_float t, u, v;
   const v_mask hit =
-      v_triangle_test(&ray, &relative, triangle, lanes, v_load(&p->t[at]), v_loadu(&p->primitive[at]),
-                      &t, &u, &v, context->own_box_misses);
+      v_triangle_test(&ray, &relative, triangle, lanes, v_load(&p->t[at]),
+                      v_loadu(&p->primitive[at]), &t, &u, &v, context->own_box_misses);
   if (!v_any(hit))
     return false;
   record_hits(p, at, hit, record, t, u, v, triangle->primitive, any);

@@ -59,15 +59,15 @@ static inline response respond(material_block *m, v_float c, v_mask outside) {
   const v_float ramp = v_max(one - c, nothing);
   const v_float metal_weight = v_load(m->row[MATERIAL_ROW(metal_weight)]);
   const v_float schlick = metal_weight * (((ramp * ramp) * (ramp * ramp)) * ramp);
-  const v_vector specular = vec_scale(vec_rows(m->row + MATERIAL_ROW(specular)), f);
+  const v_vector tint = vec_rows(m->row + MATERIAL_ROW(specular)), specular = vec_scale(tint, f);
   const v_vector metal = vec_scale(vec_rows(m->row + MATERIAL_ROW(metal)), metal_weight - schlick);
   r.reflect = vec_add(vec_add(vec_rows(m->row + MATERIAL_ROW(mirror)),
                               vec_add(metal, vec(schlick, schlick, schlick))),
                       specular);
   r.transmit = vec_scale(transmission, one - f);
   /* A dielectric coat takes from the diffuse light below it what it reflects. */
-  const v_vector rest = vec_sub(vec(one, one, one), specular);
-  r.diffuse = vec_mul(vec_rows(m->row + MATERIAL_ROW(diffuse)), rest);
+  const v_float rest = v_select(v_lt(nothing, vec_most(tint)), one - f, one);
+  r.diffuse = vec_scale(vec_rows(m->row + MATERIAL_ROW(diffuse)), rest);
   return r;
 }
 
@@ -96,7 +96,8 @@ static inline v_vector refracted(v_vector view, v_vector normal, v_vector flat, 
 }
 
 /* Adds light to the sample, lane by lane: two lanes may belong to one pixel. */
-static inline void add_light(tile_worker *w, const uint32_t *slots, uint32_t lanes, v_vector light) {
+static inline void add_light(tile_worker *w, const uint32_t *slots, uint32_t lanes,
+                             v_vector light) {
   float value[3][V_LANES] __attribute__((aligned(64)));
   float *const rows[3] = {value[0], value[1], value[2]};
   vec_store(rows, 0, light);
@@ -149,15 +150,16 @@ static inline bool spawn(const tile_context *context, tile_worker *w, ray_batch 
     w->stats.secondary_rays_left_out++;
     w->stats.dropped_weight += dropped[__builtin_ctz(set)];
   }
-  return worth == 0 || append_rays(batch, worth, s->slot + at, s->record + at,
-                                   surface_origins(s, at, side), direction, weight, __builtin_inff());
+  return worth == 0 ||
+         append_rays(batch, worth, s->slot + at, s->record + at, surface_origins(s, at, side),
+                     direction, weight, __builtin_inff());
 }
 
 /* A group of hits: their own light into the sample, their secondary rays into the next generation,
  * and into the surfaces what lights will ask. `needs` is a constant in each kernel. */
 static inline __attribute__((always_inline)) bool
-shade_group(const tile_context *context, tile_worker *w, uint32_t at, uint32_t count, v_mask outside,
-            ray_batch *reflection, ray_batch *refraction, const uint32_t needs) {
+shade_group(const tile_context *context, tile_worker *w, uint32_t at, uint32_t count,
+            v_mask outside, ray_batch *reflection, ray_batch *refraction, const uint32_t needs) {
   const whittle_scene *scene = context->scene;
   surface_batch *s = &w->surfaces;
   const uint32_t lanes = (uint32_t)((1ull << count) - 1);
@@ -208,9 +210,9 @@ static inline v_float highlights(v_vector view, v_vector normal, v_float alpha, 
 
 /* The light that surfaces would send to the pixel from one light, if nothing is in between, and
  * the shadow rays that ask. Gives the lanes where the light arrives and counts. */
-static inline uint32_t light_arrives(const tile_context *context, const surface_batch *s, uint32_t at,
-                                     const light_record *l, v_vector origin, v_vector *light,
-                                     v_vector *to_light) {
+static inline uint32_t light_arrives(const tile_context *context, const surface_batch *s,
+                                     uint32_t at, const light_record *l, v_vector origin,
+                                     v_vector *light, v_vector *to_light) {
   const v_float nothing = v_set(0.0f);
   const v_vector normal = vec_load(s->normal, at), flat = vec_load(s->geometric, at);
   v_float falloff = v_set(1.0f);

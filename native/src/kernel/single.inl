@@ -60,8 +60,8 @@ static inline bool single_leaf(const trace_context *context, ray_stream *rays, u
       continue;
     float t, u, v;
     const s_relative relative = s_relate(&ray->exact, triangle);
-    if (!s_triangle_test(&ray->exact, &relative, triangle, 1, ray->best, ray->best_primitive, &t, &u,
-                         &v, context->own_box_misses))
+    if (!s_triangle_test(&ray->exact, &relative, triangle, 1, ray->best, ray->best_primitive, &t,
+                         &u, &v, context->own_box_misses))
       continue;
     ray->best = t, ray->best_primitive = triangle->primitive;
     rays->t[i] = t, rays->u[i] = u, rays->v[i] = v, rays->record[i] = r;

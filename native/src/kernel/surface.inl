@@ -81,8 +81,9 @@ static inline v_vector smooth_normals(corner_block *b, v_vector flat) {
   const v_vector n0 = vec_scale(vec_rows(b->normal), w.x);
   const v_vector n1 = vec_scale(vec_rows(b->normal + 3), w.y);
   const v_vector local = vec_add(vec_add(n0, n1), vec_scale(vec_rows(b->normal + 6), w.z));
-  const v_vector turned = vec(vec_dot(vec_rows(b->turn), local), vec_dot(vec_rows(b->turn + 3), local),
-                              vec_dot(vec_rows(b->turn + 6), local));
+  const v_vector turned =
+      vec(vec_dot(vec_rows(b->turn), local), vec_dot(vec_rows(b->turn + 3), local),
+          vec_dot(vec_rows(b->turn + 6), local));
   return vec_select(v_from_bits(b->smooth), vec_unit(turned, flat), flat);
 }
 

@@ -33,8 +33,8 @@ typedef struct surface_batch {
   float *error; /* distance along the geometric normal that clears the rounding of `point` */
   float *geometric[3], *normal[3], *view[3];
   float *weight[3];
-  float *diffuse[3];            /* already divided by pi */
-  float *highlight[3], *alpha;  /* GGX lobe; alpha 0: none */
+  float *diffuse[3];             /* already divided by pi */
+  float *highlight[3], *alpha;   /* GGX lobe; alpha 0: none */
   uint32_t *record, *slot, *ray; /* ray: its index in the batch */
   uint32_t count, capacity;
   void *memory;
@@ -53,11 +53,11 @@ typedef struct tile_context {
   double depth_scale; /* scene t to world depth */
   const light_record *lights;
   uint32_t light_count;
-  uint32_t needs; /* of the kernel */
-  uint32_t width, height;  /* of the whole image */
+  uint32_t needs;         /* of the kernel */
+  uint32_t width, height; /* of the whole image */
   uint32_t region[4];
   uint32_t tile_edge, tiles_x, tiles;
-  uint32_t grid;        /* samples along each axis of a pixel */
+  uint32_t grid;                       /* samples along each axis of a pixel */
   uint32_t packets[WHITTLE_RAY_KINDS]; /* rays in a packet of each kind */
   bool count, lecture;
   const whittle_image *image;

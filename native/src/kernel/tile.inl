@@ -15,9 +15,11 @@ typedef bool shade_function(const tile_context *, tile_worker *, uint32_t, uint3
     return shade_group(context, w, at, count, outside, reflection, refraction,                     \
                        ((n) & 3) | ((n) & 4 ? WHITTLE_NEED_HIGHLIGHT : 0));                        \
   }
+/* clang-format off */
 VARIANT(0) VARIANT(1) VARIANT(2) VARIANT(3) VARIANT(4) VARIANT(5) VARIANT(6) VARIANT(7)
-static shade_function *const shade_variants[8] = {shade_0, shade_1, shade_2, shade_3,
-                                                  shade_4, shade_5, shade_6, shade_7};
+    /* clang-format on */
+    static shade_function *const shade_variants[8] = {shade_0, shade_1, shade_2, shade_3,
+                                                      shade_4, shade_5, shade_6, shade_7};
 
 static inline uint32_t variant_of(uint32_t needs) {
   return (needs & (WHITTLE_NEED_MIRROR | WHITTLE_NEED_GLASS)) |
@@ -313,7 +315,8 @@ static void write_tile(const tile_context *context, tile_worker *w) {
   const float share = 1.0f / (float)context->settings.samples;
   for (uint32_t slot = 0; slot < w->slots; slot++) {
     if (context->image->pass[WHITTLE_PASS_COMBINED]) {
-      float *pixel = pixel_of(context, WHITTLE_PASS_COMBINED, w->pixel_x[slot], w->pixel_y[slot], 4);
+      float *pixel =
+          pixel_of(context, WHITTLE_PASS_COMBINED, w->pixel_x[slot], w->pixel_y[slot], 4);
       for (int channel = 0; channel < 4; channel++)
         pixel[channel] = w->sum[channel][slot] * share;
     }

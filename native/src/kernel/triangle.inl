@@ -4,9 +4,9 @@
 
 /* Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2013, with its double-precision
  * fallback, and with the padded slab interval of the triangle's own box as part of the definition:
- * t at a grazing angle can otherwise lie before its box, and the winner would depend on the tree. Every
- * node's interval contains the interval of each triangle below it, because box.inl computes both
- * by the same monotonic operations; so no cull can lose a hit. */
+ * t at a grazing angle can otherwise lie before its box, and the winner would depend on the tree.
+ * Every node's interval contains the interval of each triangle below it, because box.inl computes
+ * both by the same monotonic operations; so no cull can lose a hit. */
 
 #ifndef FAMILY
 #error "define FAMILY(name) as s_##name or v_##name"
@@ -29,7 +29,7 @@ typedef struct FN(ray) {
   REAL t_min;
 } FN(ray);
 
-static inline void FN(set_axes)(FN(ray) *ray, int dominant) {
+static inline void FN(set_axes)(FN(ray) * ray, int dominant) {
   ray->axis[2] = dominant;
   ray->axis[0] = FN(next_axis)[dominant];
   ray->axis[1] = FN(next_axis)[ray->axis[0]];
@@ -47,8 +47,8 @@ static inline REAL FN(bound_far)(REAL origin, REAL inverse, REAL low, REAL high)
 
 /* The padded interval of t in which a ray is inside a box. A direction of 0 makes 0 * infinity
  * where the origin lies on a face: that NaN is the first operand of min and max, and vanishes. */
-static inline void FN(slab)(const FN(ray) *ray, const float low[3], const float high[3], REAL *near,
-                            REAL *far) {
+static inline void FN(slab)(const FN(ray) * ray, const float low[3], const float high[3],
+                            REAL *near, REAL *far) {
   REAL n = FN(set)(-__builtin_inff()), f = FN(set)(__builtin_inff());
   for (int i = 0; i < 3; i++) {
     const REAL l = FN(set)(low[ray->axis[i]]), h = FN(set)(high[ray->axis[i]]);
@@ -65,9 +65,9 @@ typedef struct FN(edges) {
 
 /* U, V and W of the lanes in `zero` again in double, where their signs are exact. A common power of
  * two keeps the smallest triangles from underflowing; u and v are ratios. */
-__attribute__((noinline, cold)) static void FN(edges_in_double)(MASK zero, REAL ax, REAL ay, REAL bx,
-                                                                REAL by, REAL cx, REAL cy,
-                                                                FN(edges) *edges) {
+__attribute__((noinline, cold)) static void FN(edges_in_double)(MASK zero, REAL ax, REAL ay,
+                                                                REAL bx, REAL by, REAL cx, REAL cy,
+                                                                FN(edges) * edges) {
   float in[6][FAMILY_LANES], out[3][FAMILY_LANES];
   FN(store)(in[0], ax), FN(store)(in[1], ay), FN(store)(in[2], bx);
   FN(store)(in[3], by), FN(store)(in[4], cx), FN(store)(in[5], cy);
@@ -93,7 +93,7 @@ typedef struct FN(relative) {
   REAL x[3], y[3], z[3];
 } FN(relative);
 
-static inline FN(relative) FN(relate)(const FN(ray) *ray, const triangle_record *triangle) {
+static inline FN(relative) FN(relate)(const FN(ray) * ray, const triangle_record *triangle) {
   const float *vertex[3] = {triangle->v0, triangle->v1, triangle->v2};
   FN(relative) r;
   for (int i = 0; i < 3; i++) {
@@ -105,8 +105,8 @@ static inline FN(relative) FN(relate)(const FN(ray) *ray, const triangle_record 
 }
 
 /* The same where all rays share one origin: one subtraction serves all lanes. */
-static inline FN(relative) FN(relate_common)(const float origin[3], const FN(ray) *ray,
-                                             const triangle_record *triangle) {
+static inline FN(relative)
+    FN(relate_common)(const float origin[3], const FN(ray) * ray, const triangle_record *triangle) {
   const float *vertex[3] = {triangle->v0, triangle->v1, triangle->v2};
   const int *k = ray->axis;
   FN(relative) r;
@@ -119,9 +119,9 @@ static inline FN(relative) FN(relate_common)(const float origin[3], const FN(ray
 }
 
 /* The lanes of `active` whose line meets the triangle. */
-static inline __attribute__((always_inline)) MASK
-FN(edge_test)(const FN(ray) *ray, const FN(relative) *r, MASK active,
-                                 FN(edges) *edges) {
+static inline __attribute__((always_inline)) MASK FN(edge_test)(const FN(ray) * ray,
+                                                                const FN(relative) * r, MASK active,
+                                                                FN(edges) * edges) {
   const REAL ax = r->x[0] - ray->shear_x * r->z[0], ay = r->y[0] - ray->shear_y * r->z[0];
   const REAL bx = r->x[1] - ray->shear_x * r->z[1], by = r->y[1] - ray->shear_y * r->z[1];
   const REAL cx = r->x[2] - ray->shear_x * r->z[2], cy = r->y[2] - ray->shear_y * r->z[2];
@@ -132,22 +132,23 @@ FN(edge_test)(const FN(ray) *ray, const FN(relative) *r, MASK active,
   const REAL least = FN(min)(FN(min)(edges->u, edges->v), edges->w);
   const REAL most = FN(max)(FN(max)(edges->u, edges->v), edges->w);
   /* least * most < 0 without the product: signs differ. */
-  active = FN(andnot)(active, FN(and)(FN(lt)(least, nothing), FN(lt)(nothing, most)));
+  active = FN(andnot)(active, FN (and)(FN(lt)(least, nothing), FN(lt)(nothing, most)));
   const MASK small = FN(lt)(most - least, FN(set)(0x1p-90f));
-  const MASK zero = FN(and)(active, FN(or)(FN(or)(FN(eq)(edges->u, nothing), FN(eq)(edges->v, nothing)),
-                                           FN(or)(FN(eq)(edges->w, nothing), small)));
+  const MASK zero =
+      FN (and)(active, FN(or)(FN(or)(FN(eq)(edges->u, nothing), FN(eq)(edges->v, nothing)),
+                              FN(or)(FN(eq)(edges->w, nothing), small)));
   if (__builtin_expect(FN(bits)(zero) != 0, 0)) {
     FN(edges_in_double)(zero, ax, ay, bx, by, cx, cy, edges);
     const REAL low = FN(min)(FN(min)(edges->u, edges->v), edges->w);
     const REAL high = FN(max)(FN(max)(edges->u, edges->v), edges->w);
-    active = FN(andnot)(active, FN(and)(FN(lt)(low, nothing), FN(lt)(nothing, high)));
+    active = FN(andnot)(active, FN (and)(FN(lt)(low, nothing), FN(lt)(nothing, high)));
   }
   return active;
 }
 
-/* t where the rays meet the triangle's plane: n.(v0 - o) / n.d. Weighing the vertices' depths by U, V
- * and W, as the paper does, is off by several per cent of a needle's length. */
-static inline REAL FN(plane_distance)(const FN(ray) *ray, const FN(relative) *r,
+/* t where the rays meet the triangle's plane: n.(v0 - o) / n.d. Weighing the vertices' depths by U,
+ * V and W, as the paper does, is off by several per cent of a needle's length. */
+static inline REAL FN(plane_distance)(const FN(ray) * ray, const FN(relative) * r,
                                       const triangle_record *triangle) {
   float normal[3];
   whittle_triangle_normal(triangle, normal);
@@ -161,10 +162,9 @@ static inline REAL FN(plane_distance)(const FN(ray) *ray, const FN(relative) *r,
 /* The lanes of `active` that hit the triangle in (t_min, t_max], ranked by (t, primitive) before
  * the hit they have; t, u and v are valid in those. */
 static inline __attribute__((always_inline)) MASK
-FN(triangle_test)(const FN(ray) *ray, const FN(relative) *relative,
-                                     const triangle_record *triangle, MASK active, REAL best,
-                                     FN(uint) best_primitive, REAL *t, REAL *u, REAL *v,
-                                     uint64_t *own_box_misses) {
+FN(triangle_test)(const FN(ray) * ray, const FN(relative) * relative,
+                  const triangle_record *triangle, MASK active, REAL best, FN(uint) best_primitive,
+                  REAL *t, REAL *u, REAL *v, uint64_t *own_box_misses) {
   FN(edges) edges;
   active = FN(edge_test)(ray, relative, active, &edges);
   if (FN(bits)(active) == 0)
@@ -185,17 +185,19 @@ FN(triangle_test)(const FN(ray) *ray, const FN(relative) *relative,
   const uint32_t outside = FN(bits)(FN(andnot)(active, inside));
   if (__builtin_expect(outside != 0, 0))
     *own_box_misses += (uint64_t)__builtin_popcount(outside);
-  active = FN(and)(active, inside);
+  active = FN (and)(active, inside);
 #ifndef WHITTLE_BREAK_CLAMP
   distance = FN(min)(FN(max)(distance, near), far);
 #endif
-  active = FN(and)(active, FN(lt)(ray->t_min, distance));
+  active = FN (and)(active, FN(lt)(ray->t_min, distance));
 #ifndef WHITTLE_BREAK_TIE
-  const MASK earlier = FN(and)(FN(eq)(distance, best), FN(above)(triangle->primitive, best_primitive));
-  active = FN(and)(active, FN(or)(FN(lt)(distance, best), earlier));
+  const MASK earlier =
+      FN (and)(FN(eq)(distance, best), FN(above)(triangle->primitive, best_primitive));
+  active = FN (and)(active, FN(or)(FN(lt)(distance, best), earlier));
 #else
-  active = FN(and)(active, FN(or)(FN(lt)(distance, best),
-                                  FN(and)(FN(eq)(distance, best), FN(above)(UINT32_MAX - 1, best_primitive))));
+  active = FN (and)(
+      active, FN(or)(FN(lt)(distance, best),
+                     FN (and)(FN(eq)(distance, best), FN(above)(UINT32_MAX - 1, best_primitive))));
 #endif
   if (FN(bits)(active) == 0)
     return active;

@@ -10,8 +10,12 @@ typedef struct v_vector {
   v_float x, y, z;
 } v_vector;
 
-static inline v_vector vec(v_float x, v_float y, v_float z) { return (v_vector){x, y, z}; }
-static inline v_vector vec_set(const float v[3]) { return vec(v_set(v[0]), v_set(v[1]), v_set(v[2])); }
+static inline v_vector vec(v_float x, v_float y, v_float z) {
+  return (v_vector){x, y, z};
+}
+static inline v_vector vec_set(const float v[3]) {
+  return vec(v_set(v[0]), v_set(v[1]), v_set(v[2]));
+}
 static inline v_vector vec_add(v_vector a, v_vector b) {
   return vec(a.x + b.x, a.y + b.y, a.z + b.z);
 }
@@ -21,10 +25,18 @@ static inline v_vector vec_sub(v_vector a, v_vector b) {
 static inline v_vector vec_mul(v_vector a, v_vector b) {
   return vec(a.x * b.x, a.y * b.y, a.z * b.z);
 }
-static inline v_vector vec_scale(v_vector a, v_float s) { return vec(a.x * s, a.y * s, a.z * s); }
-static inline v_float vec_dot(v_vector a, v_vector b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
-static inline v_float vec_most(v_vector a) { return v_max(v_max(a.x, a.y), a.z); }
-static inline v_vector vec_abs(v_vector a) { return vec(v_abs(a.x), v_abs(a.y), v_abs(a.z)); }
+static inline v_vector vec_scale(v_vector a, v_float s) {
+  return vec(a.x * s, a.y * s, a.z * s);
+}
+static inline v_float vec_dot(v_vector a, v_vector b) {
+  return (a.x * b.x + a.y * b.y) + a.z * b.z;
+}
+static inline v_float vec_most(v_vector a) {
+  return v_max(v_max(a.x, a.y), a.z);
+}
+static inline v_vector vec_abs(v_vector a) {
+  return vec(v_abs(a.x), v_abs(a.y), v_abs(a.z));
+}
 static inline v_vector vec_select(v_mask m, v_vector a, v_vector b) {
   return vec(v_select(m, a.x, b.x), v_select(m, a.y, b.y), v_select(m, a.z, b.z));
 }

@@ -19,7 +19,8 @@ typedef struct wide_entry {
 } wide_entry;
 
 static inline void wide_prefetch(const whittle_scene *scene, uint32_t child, uint32_t count) {
-  const char *first = count ? (const char *)&scene->triangles[child] : (const char *)&scene->wide[child];
+  const char *first =
+      count ? (const char *)&scene->triangles[child] : (const char *)&scene->wide[child];
   whittle_prefetch(first), whittle_prefetch(first + 64), whittle_prefetch(first + 128);
   if (count == 0)
     whittle_prefetch(first + 192);
@@ -41,7 +42,8 @@ static inline uint32_t wide_push(const whittle_scene *scene, const wide_node *no
   return height;
 }
 
-/* ---- Packets ---------------------------------------------------------------------------------------- */
+/* ---- Packets
+ * ---------------------------------------------------------------------------------------- */
 
 /* The children that the packet's frustum reaches, and the depths where. */
 static inline uint32_t wide_reach(const packet *p, const v_frustum *f, const wide_node *node,
@@ -79,16 +81,14 @@ static inline uint32_t wide_entered(const packet *p, const wide_node *node, uint
  * vertices' slopes, a triangle in each lane. */
 typedef struct leaf_view {
   float low_x[4], high_x[4], low_y[4], high_y[4];
-  float front[4];   /* depth of the nearest vertex, with slack */
-  uint32_t seen;    /* triangles whose rectangle meets that of the packet */
-  uint32_t unsure;  /* triangles that reach behind the origin: they have no rectangle */
+  float front[4];  /* depth of the nearest vertex, with slack */
+  uint32_t seen;   /* triangles whose rectangle meets that of the packet */
+  uint32_t unsure; /* triangles that reach behind the origin: they have no rectangle */
 } leaf_view;
 
-_Static_assert(WHITTLE_WIDE_LEAF == 4, "a leaf's triangles fill four lanes");
-
 /* Vertex `v` of up to four triangles less the origin, by axis. */
-static inline void gather_vertices(const packet *p, const triangle_record *triangles, uint32_t count,
-                                   uint32_t v, f4_float by_axis[4]) {
+static inline void gather_vertices(const packet *p, const triangle_record *triangles,
+                                   uint32_t count, uint32_t v, f4_float by_axis[4]) {
   for (uint32_t i = 0; i < 4; i++)
     by_axis[i] = f4_load((const float *)&triangles[i < count ? i : 0] + 4 * v);
   f4_transpose(by_axis);
@@ -115,9 +115,10 @@ static inline leaf_view view_leaf(const packet *p, const triangle_record *triang
   low_x = low_x - pad, low_y = low_y - pad, high_x = high_x + pad, high_y = high_y + pad;
   leaf_view view = {.unsure = lanes & f4_le(front, f4_set(0.0f)) & f4_le(f4_set(0.0f), back)};
   front = front * f4_set(1.0f - FRUSTUM_SLACK);
-  view.seen = lanes & ~f4_le(front, f4_set(0.0f)) & f4_le(front, f4_set(p->whole.deepest)) &
-              f4_le(low_x, f4_set(p->whole.slope_max[x])) & f4_le(f4_set(p->whole.slope_min[x]), high_x) &
-              f4_le(low_y, f4_set(p->whole.slope_max[y])) & f4_le(f4_set(p->whole.slope_min[y]), high_y);
+  view.seen =
+      lanes & ~f4_le(front, f4_set(0.0f)) & f4_le(front, f4_set(p->whole.deepest)) &
+      f4_le(low_x, f4_set(p->whole.slope_max[x])) & f4_le(f4_set(p->whole.slope_min[x]), high_x) &
+      f4_le(low_y, f4_set(p->whole.slope_max[y])) & f4_le(f4_set(p->whole.slope_min[y]), high_y);
   f4_store(view.low_x, low_x), f4_store(view.high_x, high_x);
   f4_store(view.low_y, low_y), f4_store(view.high_y, high_y);
   f4_store(view.front, front);
@@ -130,7 +131,8 @@ static inline uint32_t groups_from(const packet *p, uint32_t g) {
 }
 
 /* The groups among V_LANES from `g` on whose rays pass through triangle i's rectangle, as bits. */
-static inline uint32_t groups_through(const packet *p, uint32_t g, const leaf_view *view, uint32_t i) {
+static inline uint32_t groups_through(const packet *p, uint32_t g, const leaf_view *view,
+                                      uint32_t i) {
   const frustums *f = &p->groups;
   const int x = v_next_axis[p->axis], y = v_next_axis[x];
   v_mask at = v_le(v_set(view->front[i]), v_load(&f->deepest[g]));
@@ -141,8 +143,17 @@ static inline uint32_t groups_through(const packet *p, uint32_t g, const leaf_vi
   return v_bits(at) & groups_from(p, g);
 }
 
+/* The quarters of the packet whose rays pass through triangle i's rectangle, as bits. */
+static inline uint32_t quarters_through(const packet *p, const leaf_view *view, uint32_t i) {
+  return f4_le(f4_load(p->quarters[0]), f4_set(view->high_x[i])) &
+         f4_le(f4_set(view->low_x[i]), f4_load(p->quarters[1])) &
+         f4_le(f4_load(p->quarters[2]), f4_set(view->high_y[i])) &
+         f4_le(f4_set(view->low_y[i]), f4_load(p->quarters[3]));
+}
+
 /* The groups among V_LANES from `g` on whose frustums reach the triangle's box, as bits. */
-static inline uint32_t groups_reaching(const packet *p, uint32_t g, const triangle_record *triangle) {
+static inline uint32_t groups_reaching(const packet *p, uint32_t g,
+                                       const triangle_record *triangle) {
   const v_frustum f = frustums_load(&p->groups, g);
   v_float low[3], high[3], depth;
   for (int i = 0; i < 3; i++) {
@@ -153,38 +164,46 @@ static inline uint32_t groups_reaching(const packet *p, uint32_t g, const triang
          groups_from(p, g);
 }
 
-/* Pairs of a triangle and a lane group that may hit it. Lists without branches, then tests: what the
- * processor cannot foresee costs more than arithmetic. */
+/* Pairs of a triangle and a lane group that may hit it. Lists without branches, then tests: what
+ * the processor cannot foresee costs more than arithmetic. */
 typedef struct pair {
   uint32_t record, at;
 } pair;
 
-#define MOST_PAIRS (2 * WHITTLE_WIDE_LEAF * WHITTLE_MAX_PACKET / V_LANES)
+#define MOST_PAIRS (4 * WHITTLE_MAX_PACKET / V_LANES)
 
-static inline uint32_t add_pairs(pair *pairs, uint32_t n, uint32_t record, uint32_t g, uint32_t at) {
+static inline uint32_t add_pairs(pair *pairs, uint32_t n, uint32_t record, uint32_t g,
+                                 uint32_t at) {
   for (; at; at &= at - 1)
     pairs[n++] = (pair){record, (g + (uint32_t)__builtin_ctz(at)) * V_LANES};
   return n;
 }
 
-/* The pairs of triangle `record`: groups in its rectangle (view), or without one those whose frustum
- * reaches its box (view NULL). */
+/* The pairs of triangle `record`: groups in its rectangle (view), or without one those whose
+ * frustum reaches its box (view NULL). */
 static inline uint32_t list_triangle(const trace_context *context, const packet *p, uint32_t record,
                                      const leaf_view *view, uint32_t i, pair *pairs, uint32_t n) {
   const triangle_record *triangle = &context->scene->triangles[record];
   const uint32_t groups = packet_groups(p);
   if (context->masked && !sees(context, triangle))
     return n;
-  for (uint32_t g = 0; g < groups; g += V_LANES)
-    n = add_pairs(pairs, n, record, g,
-                  view ? groups_through(p, g, view, i) : groups_reaching(p, g, triangle));
+  if (view == NULL) {
+    for (uint32_t g = 0; g < groups; g += V_LANES)
+      n = add_pairs(pairs, n, record, g, groups_reaching(p, g, triangle));
+    return n;
+  }
+  for (uint32_t quarter = quarters_through(p, view, i); quarter; quarter &= quarter - 1) {
+    const uint32_t from = (uint32_t)__builtin_ctz(quarter) * p->quarter;
+    for (uint32_t g = from; g < from + p->quarter && g < groups; g += V_LANES)
+      n = add_pairs(pairs, n, record, g, groups_through(p, g, view, i));
+  }
   return n;
 }
 
 /* Keeps the pairs in which a line meets the triangle, then decides those. */
-static inline __attribute__((always_inline)) void
-test_pairs(const trace_context *context, packet *p, pair *pairs, uint32_t count, const bool any,
-           const bool shared) {
+static inline __attribute__((always_inline)) void test_pairs(const trace_context *context,
+                                                             packet *p, pair *pairs, uint32_t count,
+                                                             const bool any, const bool shared) {
   uint32_t kept = 0;
   bool changed = false;
   for (uint32_t i = 0; i < count; i++) {
@@ -198,12 +217,11 @@ test_pairs(const trace_context *context, packet *p, pair *pairs, uint32_t count,
     packet_deepest(p);
 }
 
-static inline __attribute__((always_inline)) void
-wide_leaf(const trace_context *context, packet *p, uint32_t first, uint32_t count, const bool any,
-          const bool shared) {
+static inline __attribute__((always_inline)) void wide_leaf(const trace_context *context, packet *p,
+                                                            uint32_t first, uint32_t count,
+                                                            const bool any, const bool shared) {
   pair pairs[MOST_PAIRS];
   uint32_t n = 0;
-  /* Leaves of the binary tree may hold more than four triangles where nothing could be split. */
   for (uint32_t part = 0; part < count; part += 4) {
     const uint32_t from = first + part, size = count - part < 4 ? count - part : 4;
     uint32_t rest = (1u << size) - 1;
@@ -245,9 +263,11 @@ wide_traverse(const trace_context *context, packet *p, const bool any, const boo
   }
 }
 
-/* ---- Single rays -------------------------------------------------------------------------------------- */
+/* ---- Single rays
+ * -------------------------------------------------------------------------------------- */
 
-/* The children that a ray enters before its nearest hit, and where: s_slab, a child in each lane. */
+/* The children that a ray enters before its nearest hit, and where: s_slab, a child in each lane.
+ */
 static inline uint32_t wide_ray_reach(const single_ray *ray, const wide_node *node, float front[]) {
   const s_ray *exact = &ray->exact;
   const v_float pad = v_set(WHITTLE_NODE_PAD);
@@ -259,8 +279,10 @@ static inline uint32_t wide_ray_reach(const single_ray *ray, const wide_node *no
       const int k = exact->axis[axis];
       const bool negative = exact->inverse[axis] < 0.0f;
       const v_float origin = v_set(exact->origin[axis]), inverse = v_set(exact->inverse[axis]);
-      near = v_max((v_load(negative ? &node->high[k][i] : &node->low[k][i]) - origin) * inverse, near);
-      far = v_min((v_load(negative ? &node->low[k][i] : &node->high[k][i]) - origin) * inverse, far);
+      near =
+          v_max((v_load(negative ? &node->high[k][i] : &node->low[k][i]) - origin) * inverse, near);
+      far =
+          v_min((v_load(negative ? &node->low[k][i] : &node->high[k][i]) - origin) * inverse, far);
     }
     near = near - v_abs(near) * pad, far = far + v_abs(far) * pad;
     there = v_and(there, v_and(v_le(near, far), v_le(near, v_set(ray->best))));

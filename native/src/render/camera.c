@@ -30,10 +30,12 @@ static whittle_status check(const whittle_camera *camera, whittle_error *error) 
   const uint32_t *r = camera->region;
   const bool whole = !(r[0] | r[1] | r[2] | r[3]);
   if (!whole && (r[0] >= r[2] || r[1] >= r[3] || r[2] > camera->width || r[3] > camera->height))
-    return whittle_fail(error, invalid, "region", "region (%u, %u, %u, %u) is empty or not inside %u x %u",
-                        r[0], r[1], r[2], r[3], camera->width, camera->height);
+    return whittle_fail(error, invalid, "region",
+                        "region (%u, %u, %u, %u) is empty or not inside %u x %u", r[0], r[1], r[2],
+                        r[3], camera->width, camera->height);
   if (!(camera->clip_start >= 0.0) || !(camera->clip_end >= 0.0) || isinf(camera->clip_start))
-    return whittle_fail(error, invalid, "clip_start", "clip distances must be finite and not negative");
+    return whittle_fail(error, invalid, "clip_start",
+                        "clip distances must be finite and not negative");
   return WHITTLE_OK;
 }
 
@@ -83,7 +85,7 @@ whittle_status whittle_camera_rays(const whittle_scene *scene, const whittle_cam
     rays->direction_y[i] = (float)((direction[2][i] - direction[0][i]) / camera->height);
   }
   rays->t_min = (float)ldexp(camera->clip_start, -scene->frame.exponent);
-  rays->t_max = camera->clip_end > 0.0 ? (float)ldexp(camera->clip_end, -scene->frame.exponent)
-                                       : INFINITY;
+  rays->t_max =
+      camera->clip_end > 0.0 ? (float)ldexp(camera->clip_end, -scene->frame.exponent) : INFINITY;
   return WHITTLE_OK;
 }

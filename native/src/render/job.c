@@ -38,8 +38,7 @@ whittle_status whittle_job_start(const whittle_scene *scene, const whittle_camer
   whittle_job *new = whittle_allocate(1, sizeof *new);
   if (new == NULL)
     return whittle_out_of_memory(error, "a job");
-  *new = (whittle_job){
-      .scene = scene, .camera = *camera, .settings = *settings, .image = *image};
+  *new = (whittle_job){.scene = scene, .camera = *camera, .settings = *settings, .image = *image};
   new->settings.progress = (whittle_progress){0};
   if (pthread_create(&new->thread, NULL, run, new) != 0) {
     whittle_release(new);
@@ -59,7 +58,9 @@ double whittle_job_poll(const whittle_job *job, int *done) {
   return atomic_load(&job->ended) ? 1.0 : 0.0;
 }
 
-void whittle_job_cancel(whittle_job *job) { atomic_store(&job->state.cancelled, 1); }
+void whittle_job_cancel(whittle_job *job) {
+  atomic_store(&job->state.cancelled, 1);
+}
 
 whittle_status whittle_job_wait(whittle_job *job, whittle_render_stats *stats,
                                 whittle_error *error) {

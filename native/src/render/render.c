@@ -46,7 +46,8 @@ static whittle_status settle(whittle_settings *s, whittle_error *error) {
     return whittle_fail(error, invalid, "mode", "mode must be fast, lecture or single");
   const uint32_t p = s->packet;
   if (p != 0 && p != 1 && p != 16 && p != 64 && p != 256 && p != 1024)
-    return whittle_fail(error, invalid, "packet", "packet must be 1, 16, 64, 256 or 1024, not %u", p);
+    return whittle_fail(error, invalid, "packet", "packet must be 1, 16, 64, 256 or 1024, not %u",
+                        p);
   s->threads = s->threads ? s->threads : whittle_default_threads();
   return WHITTLE_OK;
 }
@@ -81,10 +82,9 @@ static light_record *prepare_lights(const whittle_scene *scene) {
     for (int axis = 0; axis < 3 && !point; axis++)
       sum += from->direction[axis] / length * (from->direction[axis] / length);
     for (int axis = 0; axis < 3; axis++) {
-      to->place[axis] =
-          (float)(point ? ldexp(from->position[axis] - scene->frame.center[axis],
-                                -scene->frame.exponent)
-                        : -(from->direction[axis] / length) / sqrt(sum));
+      to->place[axis] = (float)(point ? ldexp(from->position[axis] - scene->frame.center[axis],
+                                              -scene->frame.exponent)
+                                      : -(from->direction[axis] / length) / sqrt(sum));
       to->intensity[axis] = (float)(point ? ldexp(from->intensity[axis], -2 * scene->frame.exponent)
                                           : from->intensity[axis]);
     }
@@ -229,8 +229,9 @@ whittle_status whittle_render_run(const whittle_scene *scene, const whittle_came
     state->total = run.context.tiles;
     status = whittle_run(threads, work, &run, state, &settings->progress, error);
     if (status == WHITTLE_OK && atomic_load(&run.out_of_memory))
-      status = whittle_fail(error, WHITTLE_OUT_OF_MEMORY, "max_depth",
-                            "the rays of one tile do not fit into memory: lower max_depth or raise cutoff");
+      status = whittle_fail(
+          error, WHITTLE_OUT_OF_MEMORY, "max_depth",
+          "the rays of one tile do not fit into memory: lower max_depth or raise cutoff");
     if (status == WHITTLE_OK && stats != NULL)
       collect(&run, threads, start, whittle_needs(scene, &run.context.settings, image), stats);
     for (uint32_t i = 0; i < threads; i++)

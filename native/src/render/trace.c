@@ -9,6 +9,7 @@
 #include "scene/rays.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Below this many rays a thread costs more than it saves. */
 #define RAYS_WORTH_A_THREAD 4096
@@ -48,29 +49,31 @@ static ray_stream stream_of(ray_chunk *chunk, chunk_results *results) {
   return rays;
 }
 
+/* The numbers of the hits, then which triangles they are: plain loops over one array each. */
 static void give_hits(const trace_run *run, const ray_chunk *chunk, const chunk_results *results,
                       size_t first) {
   const whittle_hits *hits = run->hits;
-  for (uint32_t i = 0; i < chunk->count; i++) {
-    const size_t to = first + i;
-    const uint32_t record = results->record[i];
-    const bool hit = record != WHITTLE_NONE;
-    const triangle_record *triangle = hit ? &run->scene->triangles[record] : NULL;
-    if (hits->t)
-      hits->t[to] = hit ? whittle_rays_t(chunk, i, chunk->t_max[i]) : INFINITY;
+  const triangle_record *triangles = run->scene->triangles;
+  const uint32_t *record = results->record, count = chunk->count;
+  if (hits->t)
+    for (uint32_t i = 0; i < count; i++)
+      hits->t[first + i] =
+          record[i] != WHITTLE_NONE ? whittle_rays_t(chunk, i, chunk->t_max[i]) : INFINITY;
+  for (uint32_t i = 0; i < count && hits->u; i++)
+    hits->u[first + i] = record[i] != WHITTLE_NONE ? results->u[i] : 0.0f;
+  for (uint32_t i = 0; i < count && hits->v; i++)
+    hits->v[first + i] = record[i] != WHITTLE_NONE ? results->v[i] : 0.0f;
+  for (uint32_t i = 0; i < count && (hits->instance || hits->triangle); i++) {
+    const bool hit = record[i] != WHITTLE_NONE;
     if (hits->instance)
-      hits->instance[to] = hit ? (int32_t)triangle->instance : -1;
+      hits->instance[first + i] = hit ? (int32_t)triangles[record[i]].instance : -1;
     if (hits->triangle)
-      hits->triangle[to] = hit ? (int32_t)triangle->triangle : -1;
-    if (hits->u)
-      hits->u[to] = hit ? results->u[i] : 0.0f;
-    if (hits->v)
-      hits->v[to] = hit ? results->v[i] : 0.0f;
-    if (hits->nodes)
-      hits->nodes[to] = results->nodes[i];
-    if (hits->triangles)
-      hits->triangles[to] = results->triangles[i];
+      hits->triangle[first + i] = hit ? (int32_t)triangles[record[i]].triangle : -1;
   }
+  if (hits->nodes)
+    memcpy(hits->nodes + first, results->nodes, count * sizeof(uint32_t));
+  if (hits->triangles)
+    memcpy(hits->triangles + first, results->triangles, count * sizeof(uint32_t));
 }
 
 static void work(void *context, uint32_t worker, whittle_run_state *state) {
@@ -110,8 +113,8 @@ static whittle_status trace(trace_run *run, const whittle_trace_options *options
   const whittle_scene *scene = run->scene;
   const uint32_t packet = options ? options->packet : 0;
   if (packet > RAY_CHUNK)
-    return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "packet", "packet must be at most %d, not %u",
-                        RAY_CHUNK, packet);
+    return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "packet",
+                        "packet must be at most %d, not %u", RAY_CHUNK, packet);
   whittle_status status = whittle_rays_check(run->rays, error);
   if (status != WHITTLE_OK)
     return status;

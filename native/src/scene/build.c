@@ -65,7 +65,8 @@ static whittle_status lead(build *b) {
   if (status != WHITTLE_OK)
     return status;
   b->records = whittle_flat_records(&b->team, b->scene, &b->flat);
-  b->wide = whittle_bvh_widen(b->bvh.nodes, b->bvh.node_count, b->team.state, &b->wide_count, error);
+  b->wide =
+      whittle_bvh_widen(b->bvh.nodes, b->bvh.node_count, b->team.state, &b->wide_count, error);
   return b->wide ? WHITTLE_OK : WHITTLE_OUT_OF_MEMORY;
 }
 
@@ -99,8 +100,7 @@ static void fill_stats(const build *b, whittle_build_stats *stats) {
   stats->threads = b->options.threads;
   stats->bins = b->options.bins;
   stats->sah_cost = b->bvh.sah_cost;
-  stats->bytes_nodes =
-      b->bvh.node_count * sizeof(whittle_node) + b->wide_count * sizeof(wide_node);
+  stats->bytes_nodes = b->bvh.node_count * sizeof(whittle_node) + b->wide_count * sizeof(wide_node);
   stats->bytes_triangles = b->flat.count * sizeof(triangle_record);
   stats->bytes = stats->bytes_nodes + stats->bytes_triangles + stats->bytes_meshes;
   stats->seconds = now - b->started;

@@ -17,8 +17,7 @@ static float bits_float(uint32_t bits) {
   return value;
 }
 
-whittle_status whittle_rays_check(const whittle_rays *rays,
-                                  whittle_error *error) {
+whittle_status whittle_rays_check(const whittle_rays *rays, whittle_error *error) {
   if (rays->visibility & ~(uint32_t)WHITTLE_ALL)
     return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "visibility",
                         "visibility is 0x%x; it must be a sum of CAMERA, "
@@ -36,8 +35,7 @@ whittle_status whittle_rays_check(const whittle_rays *rays,
   return WHITTLE_OK;
 }
 
-static double read_value(const whittle_array *array, size_t ray,
-                         int component) {
+static double read_value(const whittle_array *array, size_t ray, int component) {
   const char *at = (const char *)array->data + (ptrdiff_t)ray * array->stride +
                    component * array->component_stride;
   if (array->is_double) {
@@ -103,23 +101,19 @@ static void mark_missing(ray_chunk *chunk, uint32_t i) {
 }
 
 /* Any ray, however odd its numbers. */
-static void load_ray(const scene_frame *frame, const whittle_rays *rays,
-                     size_t ray, ray_chunk *chunk, uint32_t i) {
+static void load_ray(const scene_frame *frame, const whittle_rays *rays, size_t ray,
+                     ray_chunk *chunk, uint32_t i) {
   double direction[3], largest = 0.0;
   bool finite = true;
   for (int axis = 0; axis < 3; axis++) {
-    const double from =
-        read_value(&rays->origins, ray, axis) - frame->center[axis];
+    const double from = read_value(&rays->origins, ray, axis) - frame->center[axis];
     chunk->origin[axis][i] = (float)scale_by(from, -frame->exponent);
     direction[axis] = read_value(&rays->directions, ray, axis);
-    finite =
-        finite && isfinite(chunk->origin[axis][i]) && isfinite(direction[axis]);
+    finite = finite && isfinite(chunk->origin[axis][i]) && isfinite(direction[axis]);
     largest = fabs(direction[axis]) > largest ? fabs(direction[axis]) : largest;
   }
-  const double t_min =
-      rays->t_min.data ? read_value(&rays->t_min, ray, 0) : 0.0;
-  const double t_max =
-      rays->t_max.data ? read_value(&rays->t_max, ray, 0) : INFINITY;
+  const double t_min = rays->t_min.data ? read_value(&rays->t_min, ray, 0) : 0.0;
+  const double t_max = rays->t_max.data ? read_value(&rays->t_max, ray, 0) : INFINITY;
   if (!finite || largest == 0.0 || isnan(t_min) || isnan(t_max)) {
     mark_missing(chunk, i);
     return;
@@ -143,17 +137,15 @@ static void load_ray(const scene_frame *frame, const whittle_rays *rays,
 #define ORDINARY_MOST 0x1p60f
 
 static bool is_ordinary(const scene_frame *frame, const whittle_rays *rays) {
-  const bool any_double = rays->origins.is_double ||
-                          rays->directions.is_double ||
+  const bool any_double = rays->origins.is_double || rays->directions.is_double ||
                           (rays->t_min.data && rays->t_min.is_double) ||
                           (rays->t_max.data && rays->t_max.is_double);
   return !any_double && frame->exponent >= -60 && frame->exponent <= 60;
 }
 
-static void gather(const whittle_array *array, size_t first, uint32_t count,
-                   int component, float *to) {
-  const char *at = (const char *)array->data +
-                   (ptrdiff_t)first * array->stride +
+static void gather(const whittle_array *array, size_t first, uint32_t count, int component,
+                   float *to) {
+  const char *at = (const char *)array->data + (ptrdiff_t)first * array->stride +
                    component * array->component_stride;
   if (array->stride == sizeof(float)) {
     memcpy(to, at, count * sizeof(float));
@@ -163,33 +155,34 @@ static void gather(const whittle_array *array, size_t first, uint32_t count,
     memcpy(&to[i], at, sizeof(float));
 }
 
-static void load_origins(const scene_frame *frame, const whittle_rays *rays,
-                         size_t first, uint32_t count, ray_chunk *chunk,
-                         uint32_t *odd) {
+static void load_origins(const scene_frame *frame, const whittle_rays *rays, size_t first,
+                         uint32_t count, ray_chunk *chunk, uint32_t *odd) {
   const double factor = scale_by(1.0, -frame->exponent);
   for (int axis = 0; axis < 3; axis++) {
     float *origin = chunk->origin[axis];
     const double center = frame->center[axis];
     gather(&rays->origins, first, count, axis, origin);
-    for (uint32_t i = 0; i < count; i++) {
-      origin[i] = (float)(((double)origin[i] - center) * factor);
+    if (center == 0.0) /* one rounding either way */
+      for (uint32_t i = 0; i < count; i++)
+        origin[i] *= (float)factor;
+    else
+      for (uint32_t i = 0; i < count; i++)
+        origin[i] = (float)(((double)origin[i] - center) * factor);
+    for (uint32_t i = 0; i < count; i++)
       odd[i] |= !(fabsf(origin[i]) <= FLT_MAX);
-    }
   }
 }
 
-static void load_directions(const scene_frame *frame, const whittle_rays *rays,
-                            size_t first, uint32_t count, ray_chunk *chunk,
-                            uint32_t *odd) {
+static void load_directions(const scene_frame *frame, const whittle_rays *rays, size_t first,
+                            uint32_t count, ray_chunk *chunk, uint32_t *odd) {
   for (int axis = 0; axis < 3; axis++)
     gather(&rays->directions, first, count, axis, chunk->direction[axis]);
-  float *dx = chunk->direction[0], *dy = chunk->direction[1],
-        *dz = chunk->direction[2];
+  float *dx = chunk->direction[0], *dy = chunk->direction[1], *dz = chunk->direction[2];
   for (uint32_t i = 0; i < count; i++) {
     const float x = fabsf(dx[i]), y = fabsf(dy[i]), z = fabsf(dz[i]);
     const float xy = x > y ? x : y, largest = xy > z ? xy : z;
-    odd[i] |= !((x <= largest) & (y <= largest) & (z <= largest) &
-                (largest >= ORDINARY_LEAST) & (largest <= ORDINARY_MOST));
+    odd[i] |= !((x <= largest) & (y <= largest) & (z <= largest) & (largest >= ORDINARY_LEAST) &
+                (largest <= ORDINARY_MOST));
     const uint32_t above = float_bits(largest) & 0x7f800000u;
     const float factor = bits_float(0x7f000000u - above);
     dx[i] *= factor, dy[i] *= factor, dz[i] *= factor;
@@ -199,9 +192,8 @@ static void load_directions(const scene_frame *frame, const whittle_rays *rays,
 
 /* One of the limits of t. A negative one is odd: rounding down matters to it.
  */
-static void load_limits(const whittle_array *array, float missing, size_t first,
-                        uint32_t count, const ray_chunk *chunk, float *limits,
-                        uint32_t *odd) {
+static void load_limits(const whittle_array *array, float missing, size_t first, uint32_t count,
+                        const ray_chunk *chunk, float *limits, uint32_t *odd) {
   if (!array->data) {
     for (uint32_t i = 0; i < count; i++)
       limits[i] = missing;
@@ -210,16 +202,15 @@ static void load_limits(const whittle_array *array, float missing, size_t first,
   gather(array, first, count, 0, limits);
   for (uint32_t i = 0; i < count; i++) {
     const float given = limits[i];
-    const float factor =
-        bits_float((uint32_t)(127 - chunk->t_exponent[i]) << 23);
+    const float factor = bits_float((uint32_t)(127 - chunk->t_exponent[i]) << 23);
     limits[i] = given * factor;
     odd[i] |= !((given == 0.0f) | (given == INFINITY) |
                 ((limits[i] >= FLT_MIN) & (limits[i] <= FLT_MAX)));
   }
 }
 
-void whittle_rays_load(const scene_frame *frame, const whittle_rays *rays,
-                       size_t first, uint32_t count, ray_chunk *chunk) {
+void whittle_rays_load(const scene_frame *frame, const whittle_rays *rays, size_t first,
+                       uint32_t count, ray_chunk *chunk) {
   uint32_t odd[RAY_CHUNK] = {0};
   chunk->count = count;
   const bool ordinary = is_ordinary(frame, rays);
