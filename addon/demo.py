@@ -205,15 +205,15 @@ def _ball(scene, name, mesh, material, place, radius: float) -> bpy.types.Object
 
 
 def _lights(scene) -> None:
-    """Point lights, each with a glowing bulb that mirrors show and shadows ignore; and a sun."""
-    bulb = _sphere("Bulb", 5)
+    """Point lights, each below a glowing bulb that mirrors show and shadows ignore; and a sun."""
+    bulb = _sphere("Bulb", 4)
     for name, place, power, color in LAMPS:
         light = bpy.data.lights.new(name, "POINT")
         light.energy, light.color, light.shadow_soft_size = power, color, 0.0
         _add(scene, name, light).location = place
-        _only_seen(
-            _ball(scene, f"{name} Bulb", bulb, _glow(f"{name} Glow", color, 18.0), place, 0.22)
-        )
+        above = place + Vector((0.0, 0.0, 0.25))
+        glow = _glow(f"{name} Glow", color, 18.0)
+        _only_seen(_ball(scene, f"{name} Bulb", bulb, glow, above, 0.22))
     sun = bpy.data.lights.new("Sun", "SUN")
     sun.energy, sun.color, sun.angle = SUN_STRENGTH, (1.0, 0.95, 0.88), 0.0
     _add(scene, "Sun", sun).rotation_euler = (radians(38), radians(-30), 0.0)
