@@ -35,7 +35,8 @@ def rebase(stats: dict, origins: NDArray, directions: NDArray) -> tuple[NDArray,
     """The rays as the core holds them: float origins, float directions of about unit size, and
     the factor from its t to the caller's."""
     shift = np.asarray(stats["center"])
-    origin = np.ldexp(origins.astype(np.float64) - shift, -stats["exponent"]).astype(np.float32)
+    with np.errstate(over="ignore"):
+        origin = np.ldexp(origins.astype(np.float64) - shift, -stats["exponent"]).astype(np.float32)
     wide = directions.astype(np.float64)
     exponent = np.frexp(np.abs(wide).max(axis=1))[1] - 1
     direction = np.ldexp(wide, -exponent[:, None]).astype(np.float32)
