@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import error
 import matplotlib
+import same_bits
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -21,8 +22,9 @@ PHASES = {"export": "#9aa5b1", "build": "#c98c3a", "trace": "#2a6f97", "shade": 
 PAGE = """\
 # Error against run time
 
-The scene is {scene} ({triangles:,} triangles) at {width} x {height}, in Blender {blender}. The
-machine: {machine}; {threads} threads, instruction set {isa}. Everything here comes from one run of
+The scene is {scene} ({triangles:,} triangles) at {width} x {height}, in Blender {blender}.
+The machine: {machine}; {threads} threads, instruction set {isa}.
+Everything here comes from one run of
 
     {command}
 
@@ -77,8 +79,8 @@ def page(found: Report) -> str:
         own_error=found.reference.own_error,
         rounds=found.rounds,
         errors=_errors(found),
-        passes="combined, depth, position, normal, object index",
-        samples=4,
+        passes=", ".join(same_bits.PASSES),
+        samples=same_bits.SAMPLES,
         verdict=f"**Changed bits: {', '.join(failures)}.**" if failures else "All are the same.",
         identities=_identities(found),
         needs=_needs(found),
