@@ -21,9 +21,9 @@ typedef struct wide_entry {
 static inline void wide_prefetch(const whittle_scene *scene, uint32_t child, uint32_t count) {
   const char *first =
       count ? (const char *)&scene->triangles[child] : (const char *)&scene->wide[child];
-  whittle_prefetch(first), whittle_prefetch(first + 64), whittle_prefetch(first + 128);
-  if (count == 0)
-    whittle_prefetch(first + 192);
+  const size_t bytes = count ? count * sizeof(triangle_record) : sizeof(wide_node);
+  for (size_t at = 0; at < bytes; at += 64)
+    whittle_prefetch(first + at);
 }
 
 /* Pushes the children in `reach`, the farthest first; gives the new height of the stack. */
