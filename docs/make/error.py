@@ -29,6 +29,7 @@ REFERENCE = {
     "samples": 576,
     "max_depth": 16,
     "cutoff": 2.0**-16,
+    "mode": "single",  # the same bits, and quickest where neighbouring rays have little in common
 }
 
 
