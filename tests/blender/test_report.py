@@ -96,8 +96,10 @@ def test_errors_fall_with_samples_and_depth(shot, monkeypatch):
         for row in error.sweep(scene, shot, reference, (0.0, 0.0), rounds=1)
     }
     assert len(rows) == 20
-    assert rows["regular", 64, 8].rmse < rows["regular", 4, 8].rmse < rows["regular", 1, 8].rmse
-    assert rows["regular", 64, 8].rmse < rows["regular", 64, 2].rmse < rows["regular", 64, 1].rmse
+    # As shown: in so small a picture one sample that hits a bulb outweighs all else in full light.
+    shown = {key: row.rmse_shown for key, row in rows.items()}
+    assert shown["regular", 64, 8] < shown["regular", 4, 8] < shown["regular", 1, 8]
+    assert shown["regular", 64, 8] < shown["regular", 64, 2] < shown["regular", 64, 1]
     assert all(row.seconds == pytest.approx(row.trace + row.shade) for row in rows.values())
 
 
