@@ -25,6 +25,8 @@ typedef struct packet {
   bool negative[3]; /* signs of the directions */
   bool shared;      /* all rays have one origin, origin[..][0] */
   uint32_t alive;   /* lanes not yet blocked, for any-hit rays */
+  uint32_t work;    /* tests of lane groups so far */
+  uint32_t alone;   /* how many packets go ray by ray before the next is tried together */
   frustum whole;
   frustums groups;
   uint32_t quarter;     /* lane groups in a quarter of the packet, a multiple of V_LANES */
@@ -199,6 +201,7 @@ static void packet_prepare(packet *p, bool lecture) {
   prepare_slopes(p);
   packet_deepest(p);
   p->alive = p->count;
+  p->work = 0;
   p->shared = packet_shares(p);
   if (lecture || !p->shared) {
     prepare_origins(p);

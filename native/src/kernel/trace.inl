@@ -64,16 +64,30 @@ static inline bool fills_groups(const ray_stream *rays, uint32_t first, uint32_t
 }
 
 static void trace_alone(const trace_context *context, ray_stream *rays, uint32_t i, bool any) {
-  any ? wide_single(context, rays, i, true) : wide_single(context, rays, i, false);
+  any ? wide_single(context, rays, i, true, false) : wide_single(context, rays, i, false, false);
 }
 
-static void traverse(const trace_context *context, packet *p, bool any) {
-  if (context->mode == WHITTLE_LECTURE)
+/* False if the packet was given up. */
+static bool traverse(const trace_context *context, packet *p, bool any) {
+  if (context->mode == WHITTLE_LECTURE) {
     any ? lecture_traverse(context, p, true) : lecture_traverse(context, p, false);
-  else if (p->shared)
-    any ? wide_traverse(context, p, true, true) : wide_traverse(context, p, false, true);
-  else
-    any ? wide_traverse(context, p, true, false) : wide_traverse(context, p, false, false);
+    return true;
+  }
+  if (p->shared)
+    return any ? wide_traverse(context, p, true, true) : wide_traverse(context, p, false, true);
+  return any ? wide_traverse(context, p, true, false) : wide_traverse(context, p, false, false);
+}
+
+/* Ray by ray from where a packet was given up; neighbours will hardly do better. */
+static void finish_alone(const trace_context *context, ray_stream *rays, packet *p,
+                         bool consecutive, bool any) {
+  p->alone = 3;
+  for (uint32_t k = 0; k < p->count; k++) {
+    const uint32_t i = consecutive ? p->slot[0] + k : p->slot[k];
+    if (any && rays->record[i] != WHITTLE_NONE)
+      continue;
+    any ? wide_single(context, rays, i, true, true) : wide_single(context, rays, i, false, true);
+  }
 }
 
 static void trace_class(const trace_context *context, ray_stream *rays, packet *p, uint32_t class,
@@ -86,14 +100,22 @@ static void trace_class(const trace_context *context, ray_stream *rays, packet *
   else
     packet_gather(p, rays, count);
   packet_prepare(p, context->mode == WHITTLE_LECTURE);
-  traverse(context, p, any);
+  const bool done = traverse(context, p, any);
   if (!consecutive)
     packet_scatter(p, rays, any);
+  if (!done)
+    finish_alone(context, rays, p, consecutive, any);
 }
 
 static void trace_packet(const trace_context *context, ray_stream *rays, packet *p, uint32_t first,
                          uint32_t count, bool any) {
   const uint32_t least = context->mode == WHITTLE_LECTURE ? 1 : PACKET_LEAST;
+  if (p->alone > 0) {
+    p->alone--;
+    for (uint32_t i = first; i < first + count; i++)
+      trace_alone(context, rays, i, any);
+    return;
+  }
   const uint32_t class = ray_class(rays, first);
   if (class != RAY_ALONE && count >= least && fills_groups(rays, first, count) &&
       one_class(rays, first, count, class)) {
@@ -135,6 +157,7 @@ static void trace_stream(const trace_context *context, ray_stream *rays, bool an
       trace_alone(context, rays, i, any);
   } else {
     packet p;
+    p.alone = 0;
     for (uint32_t first = 0; first < rays->count; first += context->packet) {
       const uint32_t left = rays->count - first;
       trace_packet(context, rays, &p, first, left < context->packet ? left : context->packet, any);

@@ -13,6 +13,10 @@
  * of slopes and of sheared vertices (a hit has one vertex on each side of the ray on each axis). */
 #define RECTANGLE_PAD 0x1p-20f
 
+/* Tests of lane groups that a packet may spend for each of its rays: about what a quarter of the
+ * rays would cost alone. Beyond that its rays have too little in common. */
+#define WORK_PER_RAY 12
+
 typedef struct wide_entry {
   uint32_t child, count; /* as in wide_node */
   float front;           /* where the packet or ray comes to it */
@@ -61,13 +65,14 @@ static inline uint32_t wide_reach(const packet *p, const v_frustum *f, const wid
 }
 
 /* Of the children in `reach` those that a ray of the packet enters. */
-static inline uint32_t wide_entered(const packet *p, const wide_node *node, uint32_t reach) {
+static inline uint32_t wide_entered(packet *p, const wide_node *node, uint32_t reach) {
   uint32_t entered = 0;
   for (; reach; reach &= reach - 1) {
     const uint32_t i = (uint32_t)__builtin_ctz(reach);
     const float low[3] = {node->low[0][i], node->low[1][i], node->low[2][i]};
     const float high[3] = {node->high[0][i], node->high[1][i], node->high[2][i]};
     for (uint32_t at = 0; at < p->count; at += V_LANES) {
+      p->work++;
       if (group_enters(p, at, low, high) != 0) {
         entered |= 1u << i;
         break;
@@ -206,6 +211,7 @@ static inline __attribute__((always_inline)) void test_pairs(const trace_context
                                                              const bool any, const bool shared) {
   uint32_t kept = 0;
   bool changed = false;
+  p->work += 2 * count;
   for (uint32_t i = 0; i < count; i++) {
     const pair now = pairs[i];
     pairs[kept] = now;
@@ -239,7 +245,8 @@ static inline __attribute__((always_inline)) void wide_leaf(const trace_context 
   }
 }
 
-static inline __attribute__((always_inline)) void
+/* False if the packet came to no end within its budget; what it found until then holds. */
+static inline __attribute__((always_inline)) bool
 wide_traverse(const trace_context *context, packet *p, const bool any, const bool shared) {
   const whittle_scene *scene = context->scene;
   wide_entry stack[WIDE_STACK];
@@ -250,6 +257,8 @@ wide_traverse(const trace_context *context, packet *p, const bool any, const boo
     const wide_entry entry = stack[--height];
     if (entry.front > p->whole.deepest)
       continue;
+    if (p->work > WORK_PER_RAY * p->count)
+      return false;
     if (entry.count > 0) {
       wide_leaf(context, p, entry.child, entry.count, any, shared);
       continue;
@@ -261,6 +270,7 @@ wide_traverse(const trace_context *context, packet *p, const bool any, const boo
       reach = wide_entered(p, node, reach);
     height = wide_push(scene, node, reach, front, stack, height);
   }
+  return true;
 }
 
 /* ---- Single rays
@@ -292,15 +302,20 @@ static inline uint32_t wide_ray_reach(const single_ray *ray, const wide_node *no
   return reach & ((1u << WHITTLE_WIDTH) - 1);
 }
 
-static inline __attribute__((always_inline)) void
-wide_single(const trace_context *context, ray_stream *rays, uint32_t i, const bool any) {
+/* One ray; with `resume` it goes on from the hit that a packet found for it. */
+static inline __attribute__((always_inline)) void wide_single(const trace_context *context,
+                                                              ray_stream *rays, uint32_t i,
+                                                              const bool any, const bool resume) {
   const whittle_scene *scene = context->scene;
   single_ray ray;
   wide_entry stack[WIDE_STACK];
   float front[WHITTLE_WIDTH + V_LANES];
   uint32_t height = 1, tested = 0;
   single_ray_load(rays, i, &ray);
-  rays->record[i] = WHITTLE_NONE;
+  if (!resume)
+    rays->record[i] = WHITTLE_NONE;
+  else if (rays->record[i] != WHITTLE_NONE)
+    ray.best_primitive = scene->triangles[rays->record[i]].primitive;
   if (!(ray.best > ray.exact.t_min))
     return;
   stack[0] = (wide_entry){.child = 0, .count = 0, .front = -__builtin_inff()};
