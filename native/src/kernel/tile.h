@@ -59,7 +59,7 @@ typedef struct tile_context {
   uint32_t tile_edge, tiles_x, tiles;
   uint32_t grid;                       /* samples along each axis of a pixel */
   uint32_t packets[WHITTLE_RAY_KINDS]; /* rays in a packet of each kind */
-  bool count, lecture;
+  bool count;
   const whittle_image *image;
   atomic_int *cancelled;
 } tile_context;

@@ -123,7 +123,6 @@ static whittle_status prepare(render_run *run, const whittle_scene *scene,
   c->count = c->needs & WHITTLE_NEED_COUNTERS;
   if (c->settings.generic)
     c->needs |= WHITTLE_NEED_ALL & ~WHITTLE_NEED_COUNTERS;
-  c->lecture = c->settings.mode == WHITTLE_LECTURE;
   c->depth_scale = ldexp(1.0, scene->frame.exponent);
   c->width = camera->width, c->height = camera->height;
   memcpy(c->region, camera->region, sizeof c->region);
