@@ -20,6 +20,8 @@ class Table:
     def __init__(self, notes: Notes, override: bpy.types.Material | None) -> None:
         """`override`: the view layer's material, which takes the place of all others."""
         self.rows: list[Row] = []
+        self.names: list[str] = []
+        """Of each row's material; "": what a slot without one shows."""
         self._notes = notes
         self._override = override
         self._index: dict[int, int] = {}
@@ -33,6 +35,7 @@ class Table:
         if key not in self._index:
             self._index[key] = len(self.rows)
             self.rows.append(DEFAULT if material is None else self._row(material))
+            self.names.append("" if material is None else material.name)
         return self._index[key]
 
     def _row(self, material: bpy.types.Material) -> Row:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Evaluated meshes and the places where they stand; arrays are copied with foreach_get only."""
 
+from dataclasses import dataclass
 from math import inf
 from typing import Any
 
@@ -15,6 +16,14 @@ from .materials import Table
 Key = tuple[int, tuple[int, ...]]
 
 
+@dataclass(frozen=True)
+class Place:
+    """Whose mesh an instance of the core shows: names that are in ``bpy.data.objects``."""
+
+    object: str
+    instancer: str  # the object that placed it; "": it stands there itself
+
+
 class Meshes:
     """Adds each mesh once for each set of materials, and an instance for each of its places."""
 
@@ -25,6 +34,8 @@ class Meshes:
         self._index: dict[Key, int] = {}
         self.users: dict[int, list[str]] = {}
         """Names of the objects that use each native mesh."""
+        self.places: list[Place] = []
+        """Of each native instance."""
 
     def add(self, instance: bpy.types.DepsgraphObjectInstance, visibility: int) -> None:
         """Places the mesh of an instance; visibility is a mask of the core's constants."""
@@ -40,17 +51,22 @@ class Meshes:
                 self._notes.add(f"Object '{ob.name}' left out: its place is not a finite number")
                 return
             if np.linalg.det(matrix[:3, :3]) == 0.0:
-                self._add_flat(ob, matrix, slots, visibility)
+                self._add_flat(instance, matrix, slots, visibility)
                 return
         key = (mesh.as_pointer(), slots)
         if key not in self._index:
             self._index[key] = self._scene.add_mesh(**arrays(mesh, self._slots(slots)))
-        self._place(ob, self._index[key], matrix, visibility)
+        self._place(instance, self._index[key], matrix, visibility)
 
     def _add_flat(
-        self, ob: bpy.types.Object, matrix: NDArray[np.float64], slots: tuple[int, ...], mask: int
+        self,
+        instance: bpy.types.DepsgraphObjectInstance,
+        matrix: NDArray[np.float64],
+        slots: tuple[int, ...],
+        mask: int,
     ) -> None:
         """An object squashed flat: no inverse, so its vertices are placed here, not by the core."""
+        ob = instance.object
         if np.linalg.matrix_rank(matrix[:3, :3]) < 2:
             self._notes.add(f"Object '{ob.name}' left out: its scale is zero")
             return
@@ -58,15 +74,23 @@ class Meshes:
         data["positions"] = data["positions"] @ matrix[:3, :3].T + matrix[:3, 3]
         data["positions"] = data["positions"].astype(np.float32)
         data["normals"] = None
-        self._place(ob, self._scene.add_mesh(**data), np.eye(4), mask)
+        self._place(instance, self._scene.add_mesh(**data), np.eye(4), mask)
 
     def _place(
-        self, ob: bpy.types.Object, index: int, matrix: NDArray[np.float64], visibility: int
+        self,
+        instance: bpy.types.DepsgraphObjectInstance,
+        index: int,
+        matrix: NDArray[np.float64],
+        visibility: int,
     ) -> None:
+        ob, parent = instance.object, instance.parent
         self._scene.add_instance(index, matrix, object_id=ob.pass_index, visibility=visibility)
         users = self.users.setdefault(index, [])
         if not users or users[-1] != ob.name:
             users.append(ob.name)
+        # Curves and the like come as an instance that is placed by themselves.
+        placed = instance.is_instance and parent is not None and parent.name != ob.name
+        self.places.append(Place(ob.name, parent.name if placed else ""))
 
     def _slots(self, slots: tuple[int, ...]) -> NDArray[np.uint32]:
         """Material of each slot; an object without slots shows the default one."""
