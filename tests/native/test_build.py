@@ -342,6 +342,17 @@ def test_vertices_that_no_good_triangle_uses_do_not_stretch_the_frame():
     assert scene.nodes().tobytes() == alone.nodes().tobytes()
 
 
+def test_many_vertices_in_a_row_that_no_triangle_uses():
+    """Whole pieces of the work have nothing to bound then."""
+    corners = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    padding = np.full((40_000, 3), 5, np.float32)
+    mesh = np.concatenate([padding, corners, padding]), np.uint32([[40_000, 40_001, 40_002]])
+    scene = scene_of(mesh)
+    stats = scene.build()
+    assert (stats["center"], stats["exponent"]) == ((1.0, 1.0, 0.0), 0)
+    assert scene.intersect([[0.2, 0.2, 1]], [[0, 0, -1]])["t"] == 1
+
+
 def judged(mesh: Mesh, matrix: NDArray, stats: dict) -> tuple[NDArray, NDArray]:
     """Which triangles are not finite, and which have no area, by the stated definitions."""
     with np.errstate(all="ignore"):

@@ -111,6 +111,8 @@ static void bound_vertices(void *context, uint64_t begin, uint64_t end) {
         extend(&bounds, world);
     }
   }
+  if (!(bounds.lo[0] <= bounds.hi[0]))
+    return; /* the corners of an empty box are infinitely far away */
   pthread_mutex_lock(&f->lock);
   extend(&f->bounds, bounds.lo);
   extend(&f->bounds, bounds.hi);
