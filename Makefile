@@ -13,6 +13,7 @@ SCENE ?=
 SCENES ?=
 JSON ?=
 ARGS ?=
+BLENDER ?=
 
 # Runs what follows with the environment's Python, whose folder stands in $$venv.
 in_venv = @"$(PYTHON)" -c '$(CHECK)' && venv=$$("$(PYTHON)" .ci/environment.py) && \
@@ -20,11 +21,12 @@ in_venv = @"$(PYTHON)" -c '$(CHECK)' && venv=$$("$(PYTHON)" .ci/environment.py) 
 
 C_FILES = $(shell find native -name '*.[ch]' -o -name '*.inl')
 
-.PHONY: help render test bench report stability lint format package
+.PHONY: help render test gui-test bench report stability lint format package
 
 help:
 	@echo 'make render     [SCENE=file.blend] [OUT=out]   render a scene, or the demo, with its heatmaps'
 	@echo 'make test       [ARGS=...]                     all tests; ARGS goes to pytest'
+	@echo 'make gui-test   BLENDER=path [ARGS=...]        the tests in Blender'"'"'s real window'
 	@echo 'make bench      [SCENES="a.obj b.obj"] [JSON=out.json]   speed, beside Embree'
 	@echo 'make report     [SCENE=file.blend]             error against run time, and what is left out'
 	@echo 'make stability                                 extreme cases against the oracle'
@@ -38,6 +40,11 @@ render:
 
 test:
 	$(in_venv) -m pytest $(ARGS)
+
+gui-test: package
+	$(if $(BLENDER),,$(error gui-test needs a Blender that opens a window: make gui-test BLENDER=path))
+	@venv=$$("$(PYTHON)" .ci/environment.py) && \
+	BLENDER_WINDOW="$(BLENDER)" "$$venv/bin/python" -m pytest tests/gui -rA --show-capture=stdout $(ARGS)
 
 bench:
 	$(in_venv) native/bench/bench.py $(SCENES) $(if $(JSON),--json "$(JSON)") $(ARGS)
