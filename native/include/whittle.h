@@ -220,6 +220,70 @@ WHITTLE_API whittle_status whittle_scene_triangles(const whittle_scene *scene, f
                                                    uint32_t *instances, uint32_t *triangles,
                                                    whittle_error *error);
 
+/* ---- Quality --------------------------------------------------------------------------------- */
+
+typedef struct whittle_quality_options {
+  uint32_t threads;         /* 0: whittle_default_threads() */
+  int overlap;              /* measure the overlap: takes long */
+  uint64_t overlap_samples; /* triangles that it looks at, evenly spread; 0: every one, exactly */
+  int by_instance;          /* a tree of its own for each instance: about the time of a build */
+  whittle_progress progress;
+} whittle_quality_options;
+
+/* The triangles of one instance or of one material.
+ *
+ * The fill of a triangle is twice its area over half the surface of its box: 1 for a right triangle
+ * with its legs along two axes, near 0 for a long thin one that lies diagonally. Stretch is the
+ * part of the surface of shared nodes (with triangles of several instances, or materials) that they
+ * would lose, each by itself, without these triangles: who has most of it makes the shared boxes
+ * large. */
+typedef struct whittle_part_quality {
+  uint64_t triangles;
+  uint64_t slivers; /* of them with a fill below WHITTLE_SLIVER */
+  uint64_t nodes;   /* that hold its triangles only */
+  uint64_t bytes;   /* triangles, those nodes, and its share of the meshes by triangles */
+  double area;      /* world units */
+  double box_fill;  /* mean of its triangles; 0 without any */
+  double largest_triangle_share; /* of the area */
+  double box_min[3], box_max[3]; /* world space; all 0 without triangles */
+  double stretch;                /* 0 to 1 */
+  double overlap_part;           /* with overlap: its part in that of the whole tree */
+  /* Of an instance, if by_instance. */
+  double sah_cost;    /* of a tree of its own, built as the scene's was */
+  double stray_share; /* of its box's surface that goes away without at most 1 % of its triangles */
+  uint64_t stray_triangles; /* which the top of its own tree sets apart: this many */
+  double overlap; /* share of its area in leaf boxes that hold triangles of other instances,
+                     by 256 to 16384 points spread evenly over it */
+} whittle_part_quality;
+
+#define WHITTLE_SLIVER 0.0625
+
+enum { WHITTLE_DEEPEST = 64, WHITTLE_LARGEST_LEAF = 64 };
+
+typedef struct whittle_quality {
+  uint64_t triangles, nodes, leaves, bytes;
+  uint32_t depth, largest_leaf;
+  double sah_cost; /* as in whittle_build_stats */
+  /* With overlap: the sum over nodes of their cost (traversal_cost, of a leaf its triangles) times
+   * the area of other triangles in their boxes, over the area of all. */
+  double overlap;
+  uint64_t overlap_samples;
+  double box_fill;
+  uint64_t slivers;
+  uint64_t depth_histogram[WHITTLE_DEEPEST + 1];          /* leaves by depth */
+  uint64_t leaf_size_histogram[WHITTLE_LARGEST_LEAF + 1]; /* leaves by triangles */
+  size_t instance_count, material_count;
+  whittle_part_quality *instances, *materials;
+  double seconds;
+} whittle_quality;
+
+/* Judges the built tree; the scene may be traced meanwhile. What it gives is the caller's, to be
+ * released with whittle_quality_free; after an error there is nothing to release. */
+WHITTLE_API whittle_status whittle_scene_quality(const whittle_scene *scene,
+                                                 const whittle_quality_options *options,
+                                                 whittle_quality *quality, whittle_error *error);
+WHITTLE_API void whittle_quality_free(whittle_quality *quality);
+
 /* ---- Tracing rays ---------------------------------------------------------------------------- */
 
 /* Numbers laid out in memory with any strides, so that arrays of structures, structures of arrays

@@ -16,6 +16,8 @@ scene_method scene_set_materials, scene_set_lights, scene_set_world;
 scene_method scene_build;
 PyObject *scene_nodes(PyObject *self, PyObject *unused);
 PyObject *scene_triangles(PyObject *self, PyObject *unused);
+/* quality.c */
+scene_method scene_quality;
 /* trace.c */
 scene_method scene_intersect, scene_occluded, scene_reference_intersect;
 /* render.c */

@@ -57,6 +57,8 @@ static PyMethodDef scene_methods[] = {
            "visibility=15)"),
     METHOD(render, "($self, camera, settings=None, on_progress=None)"),
     METHOD(start, "($self, camera, settings=None)"),
+    METHOD(quality, "($self, overlap=False, by_instance=False, on_progress=None, *, threads=0, "
+                    "overlap_samples=0)"),
     {"nodes", scene_nodes, METH_NOARGS, "nodes($self)\n--\n\nA copy of the binary tree."},
     {"triangles", scene_triangles, METH_NOARGS,
      "triangles($self)\n--\n\nThe triangles in leaf order."},

@@ -134,6 +134,27 @@ class Scene:
     def start(
         self, camera: Mapping[str, Any], settings: Mapping[str, Any] | None = None
     ) -> Job: ...
+    def quality(
+        self,
+        overlap: bool = False,
+        by_instance: bool = False,
+        on_progress: Callable[[float], bool | None] | None = None,
+        *,
+        threads: int = 0,
+        overlap_samples: int = 0,
+    ) -> dict[str, Any]:
+        """Judges the built tree by the names of whittle_quality in the C header.
+
+        Numbers: triangles, slivers, nodes, leaves, bytes, depth, largest_leaf, sah_cost, box_fill,
+        seconds. ``depth_histogram``, ``leaf_size_histogram``: uint64, leaves by depth and by
+        triangles. ``instance``, ``material``: a dict with an array (n,) for each number of
+        whittle_part_quality (box_min, box_max: (n, 3), world space).
+        overlap: adds ``overlap`` (EPO), ``overlap_samples`` and each part's ``overlap_part``; of
+        overlap_samples triangles only, evenly spread, unless that is 0: all, exactly, which takes
+        long where many boxes overlap.
+        by_instance: adds to ``instance`` sah_cost, stray_share, stray_triangles of trees of their
+        own, and ``overlap``, the share of the area in leaf boxes that hold others' triangles.
+        """
     def nodes(self) -> NDArray[np.void]:
         """A copy of the tree: bounds_min (3,), left_first, bounds_max (3,), count."""
     def triangles(self) -> dict[str, NDArray[Any]]:

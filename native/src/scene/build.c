@@ -131,6 +131,8 @@ static void commit(build *b) {
     scene->meshes[i].dropped_non_finite = b->flat.drops[i].non_finite;
     scene->meshes[i].dropped_zero_area = b->flat.drops[i].zero_area;
   }
+  scene->options = b->options;
+  scene->options.progress = (whittle_progress){0};
   fill_stats(b, &scene->stats);
   scene->built = true;
 }

@@ -69,6 +69,7 @@ struct whittle_scene {
   uint32_t wide_count;
   triangle_record *triangles;
   size_t triangle_count;
+  whittle_build_options options; /* of the build, with the defaults filled in; no progress */
   whittle_build_stats stats;
   bool built;
 
