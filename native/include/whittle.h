@@ -403,12 +403,6 @@ typedef enum whittle_pass {
 WHITTLE_API const char *whittle_pass_name(whittle_pass pass);
 WHITTLE_API uint32_t whittle_pass_channels(whittle_pass pass);
 
-/* Buffers of region height x region width x channels floats; NULL where a pass is not wanted. A
- * wanted counter pass makes the render count. */
-typedef struct whittle_image {
-  float *pass[WHITTLE_PASS_COUNT];
-} whittle_image;
-
 enum {
   WHITTLE_RAY_PRIMARY = 0,
   WHITTLE_RAY_SHADOW,
@@ -417,6 +411,33 @@ enum {
   WHITTLE_RAY_KINDS
 };
 
+/* Who pays for the rays. Each table is the caller's and has WHITTLE_RAY_KINDS rows, of `instances`
+ * + 1 or `materials` + 1 columns as whittle_scene_columns gives them. A visit to a node is charged
+ * to the instance (material) that all triangles under it belong to, or if they differ to the last
+ * column; a test to the triangle's own, so that the last column of tests is 0. Rows add up to the
+ * totals of whittle_render_stats. */
+typedef struct whittle_cost {
+  size_t instances, materials;
+  uint64_t *instance_nodes, *instance_triangles;
+  uint64_t *material_nodes, *material_triangles;
+} whittle_cost;
+
+/* The columns that a whittle_cost needs now, without the last one. */
+WHITTLE_API whittle_status whittle_scene_columns(const whittle_scene *scene, size_t *instances,
+                                                 size_t *materials, whittle_error *error);
+
+/* Who is charged for each node of the tree: an index, or -1 for the last column. Arrays of
+ * node_count entries, either of which may be NULL. */
+WHITTLE_API whittle_status whittle_scene_owners(const whittle_scene *scene, int32_t *instances,
+                                                int32_t *materials, whittle_error *error);
+
+/* Buffers of region height x region width x channels floats; NULL where a pass is not wanted. A
+ * wanted counter pass makes the render count, and so does `cost`, which may be NULL. */
+typedef struct whittle_image {
+  float *pass[WHITTLE_PASS_COUNT];
+  const whittle_cost *cost;
+} whittle_image;
+
 /* What a scene and its settings need; the rest is left out of the kernel and of memory. */
 enum {
   WHITTLE_NEED_MIRROR = 1,       /* a material reflects sharply */
@@ -424,7 +445,7 @@ enum {
   WHITTLE_NEED_SMOOTH = 4,       /* a mesh has normals */
   WHITTLE_NEED_LIGHTS = 8,       /* more than one light */
   WHITTLE_NEED_HIGHLIGHT = 16,   /* a reflecting material is rough */
-  WHITTLE_NEED_COUNTERS = 32,    /* a counter pass is wanted */
+  WHITTLE_NEED_COUNTERS = 32,    /* a counter pass or the cost is wanted */
   WHITTLE_NEED_SAMPLES = 64,     /* more than one sample a pixel */
   WHITTLE_NEED_VISIBILITY = 128, /* an instance is hidden from some rays */
   WHITTLE_NEED_ALL = 255,
@@ -462,12 +483,50 @@ WHITTLE_API whittle_status whittle_render(const whittle_scene *scene, const whit
                                           const whittle_image *image, whittle_render_stats *stats,
                                           whittle_error *error);
 
+/* ---- Probing a pixel --------------------------------------------------------------------------
+ */
+
+/* A ray of a pixel, in world space. Its points are origin + t direction; the direction's length
+ * says only what unit t has. */
+typedef struct whittle_probe_ray {
+  uint32_t kind;   /* WHITTLE_RAY_PRIMARY ... */
+  uint32_t sample; /* of the pixel, from 0 */
+  uint32_t depth;  /* bounces before it; a shadow ray has that of the ray whose hit it starts at */
+  int64_t parent;  /* index of the ray that sent it; -1: the camera did */
+  int64_t light;   /* index of the light that a shadow ray asks; -1: it is none */
+  double origin[3], direction[3];
+  float t_min, t_max;
+  float t;                              /* infinity: miss */
+  int32_t instance, triangle, material; /* -1: miss */
+  float u, v;                           /* weights of the second and third vertex */
+  const uint32_t *nodes;                /* visited, in order: indices into the tree */
+  size_t node_count;
+  const uint32_t *triangles; /* tested, in order: indices into the leaf order */
+  size_t triangle_count;
+} whittle_probe_ray;
+
+/* The rays of a pixel in the order traced. A shadow ray's hit is the first that it found. */
+typedef struct whittle_probe {
+  const whittle_probe_ray *rays;
+  size_t count;
+} whittle_probe;
+
+/* The very rays that whittle_render traces for pixel (x, y) of the whole image, and their counts;
+ * the camera's region, settings.threads and settings.progress are not used. */
+WHITTLE_API whittle_status whittle_probe_pixel(const whittle_scene *scene,
+                                               const whittle_camera *camera,
+                                               const whittle_settings *settings, uint32_t x,
+                                               uint32_t y, whittle_probe **probe,
+                                               whittle_error *error);
+WHITTLE_API void whittle_probe_release(whittle_probe *probe); /* NULL is fine */
+
 /* ---- Rendering in the background ---------------------------------------------------------------
  */
 
 typedef struct whittle_job whittle_job;
 
-/* Starts whittle_render on a thread of its own. The scene and the image must outlive the job;
+/* Starts whittle_render on a thread of its own. The scene, the buffers of the image and the cost
+ * that it points to must outlive the job;
  * settings.progress is not used. */
 WHITTLE_API whittle_status whittle_job_start(const whittle_scene *scene,
                                              const whittle_camera *camera,

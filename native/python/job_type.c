@@ -28,7 +28,7 @@ PyObject *job_start(PyObject *scene, PyObject *camera, PyObject *settings) {
   whittle_error error = {0};
   whittle_status status = WHITTLE_OK;
   self->scene = Py_NewRef(scene);
-  if (images_new(state, &request, &self->images)) {
+  if (images_new(state, scene_handle(scene), &request, &self->images)) {
     status = whittle_job_start(scene_handle(scene), &request.camera, &request.settings,
                                &self->images.image, &self->job, &error);
     if (!status)
@@ -97,8 +97,7 @@ static bool collect(job_object *self) {
   whittle_render_stats stats;
   self->status = whittle_job_wait(self->job, &stats, &self->error);
   self->ended = true;
-  for (int i = 0; i < WHITTLE_PASS_COUNT; i++)
-    array_release(&self->images.views[i]);
+  images_unhold(&self->images);
   Py_CLEAR(self->scene);
   if (self->status) {
     Py_CLEAR(self->images.dict);

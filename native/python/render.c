@@ -40,8 +40,9 @@ PyObject *scene_render(PyObject *self, PyObject *args, PyObject *kwargs) {
   if (!request_read(state, camera, settings, &request) || !progress_init(&call, on_progress))
     return NULL;
   render_images images;
-  PyObject *result =
-      images_new(state, &request, &images) ? run(self, &request, &call, &images) : NULL;
+  PyObject *result = images_new(state, scene_handle(self), &request, &images)
+                         ? run(self, &request, &call, &images)
+                         : NULL;
   images_release(&images);
   return result;
 }

@@ -161,9 +161,9 @@ static bool get_modes(items *from, whittle_settings *settings) {
 }
 
 static bool read_settings(PyObject *object, render_request *request) {
-  static const char *const keys[] = {"passes",    "samples", "pattern",     "seed",
-                                     "max_depth", "cutoff",  "transparent", "mode",
-                                     "packet",    "threads", "generic",     NULL};
+  static const char *const keys[] = {"passes",  "samples",     "pattern", "seed",   "max_depth",
+                                     "cutoff",  "transparent", "mode",    "packet", "threads",
+                                     "generic", "cost",        NULL};
   whittle_settings *settings = &request->settings;
   request->passes[request->pass_count++] = WHITTLE_PASS_COMBINED;
   if (!object || object == Py_None)
@@ -176,7 +176,8 @@ static bool read_settings(PyObject *object, render_request *request) {
                     get_flag(&from, "transparent", &settings->transparent) &&
                     get_uint32(&from, "packet", 0, &settings->packet) &&
                     get_uint32(&from, "threads", 0, &settings->threads) &&
-                    get_flag(&from, "generic", &settings->generic);
+                    get_flag(&from, "generic", &settings->generic) &&
+                    get_flag(&from, "cost", &request->cost);
   Py_XDECREF(from.dict);
   return good;
 }
@@ -205,16 +206,30 @@ static bool add_image(module_state *state, const whittle_camera *camera, whittle
   return good;
 }
 
-bool images_new(module_state *state, const render_request *request, render_images *images) {
+static bool add_cost(module_state *state, const whittle_scene *scene, render_images *images) {
+  PyObject *cost = cost_tables_new(state, scene, &images->tables);
+  images->image.cost = &images->tables.cost;
+  const bool good = cost && PyDict_SetItemString(images->dict, "cost", cost) == 0;
+  Py_XDECREF(cost);
+  return good;
+}
+
+bool images_new(module_state *state, const whittle_scene *scene, const render_request *request,
+                render_images *images) {
   *images = (render_images){.dict = PyDict_New()};
   bool good = images->dict != NULL;
   for (int i = 0; good && i < request->pass_count; i++)
     good = add_image(state, &request->camera, request->passes[i], images);
-  return good;
+  return good && (!request->cost || add_cost(state, scene, images));
+}
+
+void images_unhold(render_images *images) {
+  for (int i = 0; i < WHITTLE_PASS_COUNT; i++)
+    array_release(&images->views[i]);
+  cost_tables_release(&images->tables);
 }
 
 void images_release(render_images *images) {
-  for (int i = 0; i < WHITTLE_PASS_COUNT; i++)
-    array_release(&images->views[i]);
+  images_unhold(images);
   Py_CLEAR(images->dict);
 }

@@ -4,13 +4,14 @@
 
 #pragma once
 
-#include "arrays.h"
+#include "cost.h"
 
 typedef struct render_request {
   whittle_camera camera;
   whittle_settings settings;
   whittle_pass passes[WHITTLE_PASS_COUNT]; /* in the order of the result */
   int pass_count;
+  int cost; /* whether the cost is wanted */
 } render_request;
 
 /* Reads camera and settings (NULL or None: all defaults); false and ValueError naming the key. */
@@ -20,9 +21,16 @@ bool request_read(module_state *state, PyObject *camera, PyObject *settings,
 typedef struct render_images {
   whittle_image image;
   array_view views[WHITTLE_PASS_COUNT];
+  cost_tables tables;
   PyObject *dict; /* name -> array */
 } render_images;
 
-/* New arrays for the passes of a request, held until images_release, which may follow a failure. */
-bool images_new(module_state *state, const render_request *request, render_images *images);
+/* New arrays for the passes of a request, and for the cost if that is wanted of `scene`; held until
+ * images_release, which may follow a failure. They stay where they are: the image points to them.
+ */
+bool images_new(module_state *state, const whittle_scene *scene, const render_request *request,
+                render_images *images);
 void images_release(render_images *images);
+
+/* Lets go of the arrays, which the dict keeps. */
+void images_unhold(render_images *images);

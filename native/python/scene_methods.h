@@ -18,6 +18,10 @@ PyObject *scene_nodes(PyObject *self, PyObject *unused);
 PyObject *scene_triangles(PyObject *self, PyObject *unused);
 /* quality.c */
 scene_method scene_quality;
+/* cost.c */
+PyObject *scene_owners(PyObject *self, PyObject *unused);
+/* probe.c */
+scene_method scene_probe;
 /* trace.c */
 scene_method scene_intersect, scene_occluded, scene_reference_intersect;
 /* render.c */

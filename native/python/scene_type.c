@@ -59,6 +59,9 @@ static PyMethodDef scene_methods[] = {
     METHOD(start, "($self, camera, settings=None)"),
     METHOD(quality, "($self, overlap=False, by_instance=False, on_progress=None, *, threads=0, "
                     "overlap_samples=0)"),
+    METHOD(probe, "($self, camera, settings, x, y)"),
+    {"owners", scene_owners, METH_NOARGS,
+     "owners($self)\n--\n\nWhose triangles lie under each node."},
     {"nodes", scene_nodes, METH_NOARGS, "nodes($self)\n--\n\nA copy of the binary tree."},
     {"triangles", scene_triangles, METH_NOARGS,
      "triangles($self)\n--\n\nThe triangles in leaf order."},

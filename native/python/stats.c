@@ -67,8 +67,7 @@ static const field render_fields[] = {
 #undef F
 };
 
-static const char *const ray_kinds[WHITTLE_RAY_KINDS] = {"primary", "shadow", "reflection",
-                                                         "refraction"};
+const char *const ray_kinds[WHITTLE_RAY_KINDS] = {"primary", "shadow", "reflection", "refraction"};
 
 /* Puts a new reference into a dict and gives it up; false if there was none or it fails. */
 static bool put(PyObject *dict, const char *key, PyObject *value) {

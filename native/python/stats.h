@@ -6,6 +6,9 @@
 
 #include "module.h"
 
+/* What the kinds of rays are called. */
+extern const char *const ray_kinds[WHITTLE_RAY_KINDS];
+
 /* By the names of whittle_build_stats, and `dropped`. */
 PyObject *stats_of_build(const whittle_scene *scene, const whittle_build_stats *stats);
 

@@ -126,10 +126,16 @@ class Scene:
         clip_start, clip_end; region: (x0, y0, x1, y1), default everything.
         settings: passes (sequence of names, default ("combined",)), samples, pattern ("regular",
         "stratified"), seed, max_depth (0: no bounces; default 8), cutoff (0: none; default
-        1/1024), transparent, mode ("fast", "lecture", "single"), packet, threads, generic.
+        1/1024), transparent, mode ("fast", "lecture", "single"), packet, threads, generic, cost.
         stats: by the names of whittle_render_stats, with rays, nodes and triangles as dicts by
         kind (primary, shadow, reflection, refraction), ``needs`` and ``kernel_needs`` as lists of
         names, and ``left_out``: a list of (name, reason).
+
+        With settings["cost"] the render counts, and the result has ``cost``: {"instance":
+        {"nodes": uint64 (4, n + 1), "triangles": uint64 (4, n + 1)}, "material": the same with
+        (4, m + 1)}. Rows are primary, shadow, reflection, refraction; a column is what the rays
+        did to one instance (material), the last one the visits to nodes that hold triangles of
+        several. Each row adds up to stats.
         """
     def start(
         self, camera: Mapping[str, Any], settings: Mapping[str, Any] | None = None
@@ -155,6 +161,22 @@ class Scene:
         by_instance: adds to ``instance`` sah_cost, stray_share, stray_triangles of trees of their
         own, and ``overlap``, the share of the area in leaf boxes that hold others' triangles.
         """
+    def probe(
+        self, camera: Mapping[str, Any], settings: Mapping[str, Any] | None, x: int, y: int
+    ) -> list[dict[str, Any]]:
+        """The rays that render traces for pixel (x, y) of the whole image, in the order traced.
+
+        Of each: kind ("primary", "shadow", "reflection", "refraction"), sample, depth (bounces
+        before it), parent (index in the list; -1: the camera), light (index, of a shadow ray; else
+        -1), origin and direction float64 (3,) in world space, t_min, t_max, t (inf: miss; points
+        are origin + t * direction), distance (to the hit, in world units), instance, triangle,
+        material (-1: miss), u, v, nodes (uint32: indices into nodes(), in visiting order) and
+        triangles (uint32: indices into triangles(), in testing order). Lengths of nodes and
+        triangles add up to the counter passes at that pixel.
+        """
+    def owners(self) -> dict[str, NDArray[np.int32]]:
+        """Whose triangles lie under each node of nodes(): ``instance`` and ``material``, int32
+        (nodes,); -1: those of several."""
     def nodes(self) -> NDArray[np.void]:
         """A copy of the tree: bounds_min (3,), left_first, bounds_max (3,), count."""
     def triangles(self) -> dict[str, NDArray[Any]]:

@@ -13,16 +13,18 @@ F = np.float32
 
 @dataclass
 class Ray:
-    """A ray in scene space with t_min = 0."""
+    """A ray in scene space; a hit has t_min < t <= t_max."""
 
     origin: NDArray[np.float32]
     direction: NDArray[np.float32]
     inverse: NDArray[np.float32]
+    t_min: np.float32 = F(0)
+    t_max: np.float32 = F(np.inf)
 
 
-def make_ray(origin: NDArray, direction: NDArray) -> Ray:
+def make_ray(origin: NDArray, direction: NDArray, t_min: float = 0, t_max: float = np.inf) -> Ray:
     with np.errstate(divide="ignore"):
-        return Ray(origin, direction, F(1) / direction)
+        return Ray(origin, direction, F(1) / direction, F(t_min), F(t_max))
 
 
 def slab(ray: Ray, low: NDArray, high: NDArray) -> tuple[np.float32, np.float32]:
@@ -74,33 +76,83 @@ def hit_distance(ray: Ray, corners: NDArray) -> np.float32 | None:
         return None
     t = near if not t > near else t
     t = far if not t < far else t
-    return t if t > 0 else None
+    return t if t > ray.t_min else None
 
 
-def trace(nodes: NDArray, corners: NDArray, ray: Ray) -> tuple[int, int, np.float32]:
-    """Nodes visited, triangles tested and t of the nearest hit (infinity: none)."""
-    visited = tested = 0
-    best = F(np.inf)
-    stack: list[tuple[int, np.float32]] = [(0, F(0))] if len(nodes) else []
+@dataclass
+class Walk:
+    """What a ray visited and tested, in order, and the nearest hit: row -1, t infinite if none."""
+
+    nodes: list[int]
+    triangles: list[int]
+    t: np.float32 = F(np.inf)
+    row: int = -1
+
+
+def walk(nodes: NDArray, corners: NDArray, ray: Ray, skip: int = -1, any_hit: bool = False) -> Walk:
+    """One ray through the tree; the triangle in row `skip` is not hit, `any_hit` stops at one."""
+    found, best = Walk([], []), ray.t_max
+    stack: list[tuple[int, np.float32]] = [(0, ray.t_min)] if len(nodes) else []
     while stack:
         index, entry = stack.pop()
         if entry > best:
             continue
-        visited += 1
+        found.nodes.append(index)
         node = nodes[index]
         first, count = int(node["left_first"]), int(node["count"])
+        for row in range(first, first + count):
+            found.triangles.append(row)
+            t = None if row == skip else hit_distance(ray, corners[row])
+            if t is not None and (t < best or (found.row < 0 and t == best)):
+                found.t, found.row, best = t, row, t
+                if any_hit:
+                    return found
         if count:
-            tested += count
-            for row in range(first, first + count):
-                t = hit_distance(ray, corners[row])
-                best = t if t is not None and t < best else best
             continue
         entered = []
         for child in (first, first + 1):
             near, far = slab(ray, nodes[child]["bounds_min"], nodes[child]["bounds_max"])
-            if near <= far and near <= best and far >= 0:
-                entered.append((child, max(near, F(0))))
+            if near <= far and near <= best and far >= ray.t_min:
+                entered.append((child, max(near, ray.t_min)))
         if len(entered) == 2 and entered[1][1] < entered[0][1]:
             entered.reverse()
         stack += reversed(entered)
-    return visited, tested, best
+    return found
+
+
+def trace(nodes: NDArray, corners: NDArray, ray: Ray) -> tuple[int, int, np.float32]:
+    """Nodes visited, triangles tested and t of the nearest hit (infinity: none)."""
+    found = walk(nodes, corners, ray)
+    return len(found.nodes), len(found.triangles), found.t
+
+
+def owners(nodes: NDArray, labels: NDArray) -> NDArray[np.int64]:
+    """For each node the label of all triangles under it, or -1; labels are in leaf order."""
+    spans = np.zeros((len(nodes), 2), np.int64)
+
+    def span(index: int) -> tuple[int, int]:
+        first, count = int(nodes[index]["left_first"]), int(nodes[index]["count"])
+        if count:
+            spans[index] = first, first + count
+        else:
+            left, right = span(first), span(first + 1)
+            spans[index] = min(left[0], right[0]), max(left[1], right[1])
+        return tuple(spans[index])
+
+    if len(nodes):
+        span(0)
+    low, high = (np.array([pick(labels[a:b]) for a, b in spans]) for pick in (np.min, np.max))
+    return np.where(low == high, low, -1)
+
+
+def node_depths(nodes: NDArray) -> NDArray[np.int64]:
+    """Edges from the root, by node."""
+    depths = np.zeros(len(nodes), np.int64)
+    waiting = [0] if len(nodes) else []
+    while waiting:
+        index = waiting.pop()
+        first = int(nodes[index]["left_first"])
+        if not nodes[index]["count"]:
+            depths[first : first + 2] = depths[index] + 1
+            waiting += [first, first + 1]
+    return depths

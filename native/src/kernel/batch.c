@@ -69,6 +69,8 @@ static block rays_block(ray_batch *batch) {
                     &rays->skip,  &rays->nodes, &rays->triangles, &batch->slot};
   for (uint32_t i = 0; i < sizeof others / sizeof *others; i++)
     add_array(&b, others[i]);
+  if (batch->logged)
+    add_array(&b, &batch->parent);
   return b;
 }
 

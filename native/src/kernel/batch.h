@@ -10,6 +10,8 @@ typedef struct ray_batch {
   ray_stream rays;
   float *weight[3]; /* what the ray's light counts at the pixel */
   uint32_t *slot;   /* of the tile's pixel */
+  uint32_t *parent; /* only if logged: the number in the log of the ray that sent it */
+  bool logged;
   uint32_t capacity;
   void *memory;
 } ray_batch;

@@ -41,7 +41,8 @@ typedef struct trace_context {
   uint32_t visibility; /* instances that share no bit with it are not seen */
   bool masked;         /* some instance is hidden from some rays; else visibility is not read */
   bool count;          /* fill nodes and triangles */
-  packet_counters *packets; /* of the lecture mode */
+  const struct ray_watch *watch; /* NULL: nothing more is wanted */
+  packet_counters *packets;      /* of the lecture mode */
   uint64_t *own_box_misses;
 } trace_context;
 

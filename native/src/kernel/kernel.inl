@@ -19,6 +19,8 @@
 
 #include "kernel/shade.inl"
 
+#include "kernel/measure.inl"
+
 #include "kernel/tile.inl"
 
 const kernel_table WHITTLE_KERNEL = {

@@ -108,16 +108,25 @@ static inline void add_light(tile_worker *w, const uint32_t *slots, uint32_t lan
   }
 }
 
-/* Appends the lanes of `set` to a batch, in order. */
-static inline bool append_rays(ray_batch *batch, uint32_t set, const uint32_t *slots,
-                               const uint32_t *skips, v_vector origin, v_vector direction,
-                               v_vector weight, float t_max) {
+/* Who sends the rays that are about to be appended. */
+static inline void note_parents(ray_batch *batch, uint32_t set, const surface_batch *s,
+                                uint32_t at) {
+  for (uint32_t n = batch->rays.count; set; set &= set - 1)
+    batch->parent[n++] = s->first_ray + s->ray[at + (uint32_t)__builtin_ctz(set)];
+}
+
+/* Appends rays from the surfaces at `at`, those of the lanes of `set`, to a batch, in order. */
+static inline bool append_rays(ray_batch *batch, uint32_t set, const surface_batch *s, uint32_t at,
+                               v_vector origin, v_vector direction, v_vector weight, float t_max) {
+  const uint32_t *slots = s->slot + at, *skips = s->record + at;
   float value[9][V_LANES] __attribute__((aligned(64)));
   float *const rows[9] = {value[0], value[1], value[2], value[3], value[4],
                           value[5], value[6], value[7], value[8]};
   uint32_t n = batch->rays.count;
   if (!ray_batch_reserve(batch, n + V_LANES))
     return false;
+  if (batch->logged)
+    note_parents(batch, set, s, at);
   vec_store(rows, 0, origin);
   vec_store(rows + 3, 0, direction);
   vec_store(rows + 6, 0, weight);
@@ -150,9 +159,8 @@ static inline bool spawn(const tile_context *context, tile_worker *w, ray_batch 
     w->stats.secondary_rays_left_out++;
     w->stats.dropped_weight += dropped[__builtin_ctz(set)];
   }
-  return worth == 0 ||
-         append_rays(batch, worth, s->slot + at, s->record + at, surface_origins(s, at, side),
-                     direction, weight, __builtin_inff());
+  return worth == 0 || append_rays(batch, worth, s, at, surface_origins(s, at, side), direction,
+                                   weight, __builtin_inff());
 }
 
 /* A group of hits: their own light into the sample, their secondary rays into the next generation,

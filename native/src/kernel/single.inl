@@ -71,46 +71,91 @@ static inline bool single_leaf(const trace_context *context, ray_stream *rays, u
   return false;
 }
 
+/* Charges a visit to whoever owns what was visited. */
+static inline void single_charge(const ray_watch *watch, const trace_context *context,
+                                 uint32_t index, uint32_t first, uint32_t tested) {
+  const cost_owners *owners = watch->owners;
+  const cost_row *row = watch->charged;
+  const node_owner owner = owners->nodes[index];
+  row->instance_nodes[owner.instance]++;
+  row->material_nodes[owner.material]++;
+  for (uint32_t r = first; r < first + tested; r++) {
+    row->instance_triangles[context->scene->triangles[r].instance]++;
+    row->material_triangles[owners->materials[r]]++;
+  }
+}
+
+/* Tells what is wanted of ray i's visit to a node and the `tested` triangles of a leaf. */
+static inline void single_watch(const trace_context *context, uint32_t i, uint32_t index,
+                                uint32_t level, uint32_t tested) {
+  const ray_watch *watch = context->watch;
+  const whittle_node *node = &context->scene->nodes[index];
+  uint32_t *deepest = &watch->leaf_depth[watch->slot[i]];
+  if (node->count > 0 && level > *deepest)
+    *deepest = level;
+  if (watch->owners != NULL)
+    single_charge(watch, context, index, node->left_first, tested);
+  if (watch->log != NULL)
+    ray_log_visit(watch->log, index, node->left_first, tested);
+}
+
+/* Of the children of an inner node the one to visit next, or WHITTLE_NONE if the ray enters none;
+ * the other, if it enters both, waits at stack[depth]. */
+static inline uint32_t single_descend(const single_ray *ray, const whittle_node *nodes,
+                                      uint32_t left, single_entry *stack, uint32_t *depth) {
+  float entry[2];
+  const bool enters_left = single_enters(ray, &nodes[left], &entry[0]);
+  const bool enters_right = single_enters(ray, &nodes[left + 1], &entry[1]);
+  if (enters_left && enters_right) {
+    const uint32_t second = entry[1] < entry[0] ? 0 : 1;
+    stack[(*depth)++] = (single_entry){left + second, entry[second]};
+    return left + 1 - second;
+  }
+  return enters_left ? left : enters_right ? left + 1 : WHITTLE_NONE;
+}
+
 /* The nodes that a ray visits: the root; of a visited inner node the children whose padded box it
  * enters, the nearer first and the left one at equal distance; the second only if it still begins
  * no farther than the nearest hit when its turn comes. */
-static inline __attribute__((always_inline)) void
-count_single(const trace_context *context, ray_stream *rays, uint32_t i, const bool any) {
+static inline __attribute__((always_inline)) void walk_single(const trace_context *context,
+                                                              ray_stream *rays, uint32_t i,
+                                                              const bool any, const bool watched) {
   const whittle_node *nodes = context->scene->nodes;
   single_ray ray;
   single_ray_load(rays, i, &ray);
   single_entry stack[WHITTLE_STACK];
-  uint32_t depth = 0, visited = 0, tested = 0;
-  uint32_t index = 0;
+  uint8_t levels[WHITTLE_STACK]; /* edges from the root, of the node at hand and of those waiting */
+  uint32_t depth = 0, visited = 0, tested = 0, index = 0, level = 0;
   rays->record[i] = WHITTLE_NONE;
   bool going = ray.best > ray.exact.t_min && context->scene->node_count > 0;
   while (going) {
     const whittle_node *node = &nodes[index];
+    const uint32_t waiting = depth, before = tested;
+    const bool leaf = node->count > 0;
+    const bool blocked =
+        leaf && single_leaf(context, rays, i, &ray, node->left_first, node->count, any, &tested);
     visited++;
-    if (node->count > 0) {
-      if (single_leaf(context, rays, i, &ray, node->left_first, node->count, any, &tested))
-        break;
-    } else {
-      const uint32_t left = node->left_first;
-      float entry[2];
-      const bool enters_left = single_enters(&ray, &nodes[left], &entry[0]);
-      const bool enters_right = single_enters(&ray, &nodes[left + 1], &entry[1]);
-      if (enters_left && enters_right) {
-        const uint32_t second = entry[1] < entry[0] ? 0 : 1;
-        stack[depth++] = (single_entry){left + second, entry[second]};
-        index = left + 1 - second;
-        continue;
-      }
-      if (enters_left || enters_right) {
-        index = enters_left ? left : left + 1;
-        continue;
-      }
-    }
-    do {
+    if (watched)
+      single_watch(context, i, index, level, tested - before);
+    if (blocked)
+      break;
+    index = leaf ? WHITTLE_NONE : single_descend(&ray, nodes, node->left_first, stack, &depth);
+    level++;
+    if (watched && depth > waiting)
+      levels[waiting] = (uint8_t)level;
+    while (index == WHITTLE_NONE && going) {
       going = depth > 0;
-      if (going)
-        index = stack[--depth].node;
-    } while (going && stack[depth].entry > ray.best);
+      if (going && !(stack[--depth].entry > ray.best))
+        index = stack[depth].node, level = watched ? levels[depth] : 0;
+    }
   }
   rays->nodes[i] = visited, rays->triangles[i] = tested;
+}
+
+static inline __attribute__((always_inline)) void
+count_single(const trace_context *context, ray_stream *rays, uint32_t i, const bool any) {
+  if (context->watch != NULL)
+    walk_single(context, rays, i, any, true);
+  else
+    walk_single(context, rays, i, any, false);
 }

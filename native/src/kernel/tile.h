@@ -5,6 +5,7 @@
 #pragma once
 
 #include "kernel/batch.h"
+#include "kernel/watch.h"
 
 #include <stdatomic.h>
 
@@ -36,6 +37,7 @@ typedef struct surface_batch {
   float *diffuse[3];             /* already divided by pi */
   float *highlight[3], *alpha;   /* GGX lobe; alpha 0: none */
   uint32_t *record, *slot, *ray; /* ray: its index in the batch */
+  uint32_t first_ray;            /* the number in the log of the batch's first ray */
   uint32_t count, capacity;
   void *memory;
 } surface_batch;
@@ -59,7 +61,10 @@ typedef struct tile_context {
   uint32_t tile_edge, tiles_x, tiles;
   uint32_t grid;                       /* samples along each axis of a pixel */
   uint32_t packets[WHITTLE_RAY_KINDS]; /* rays in a packet of each kind */
-  bool count;
+  bool count;                          /* nodes and triangles */
+  bool watch;                          /* and more than these, what follows or passes */
+  const cost_owners *owners;           /* NULL: nobody is charged */
+  ray_log *log;                        /* NULL: nothing is logged; then there is one worker */
   const whittle_image *image;
   atomic_int *cancelled;
 } tile_context;
@@ -72,10 +77,13 @@ typedef struct tile_worker {
   float sample_x[WHITTLE_MAX_TILE_PIXELS + WHITTLE_LANE_PAD];
   float sample_y[WHITTLE_MAX_TILE_PIXELS + WHITTLE_LANE_PAD];
   uint32_t slots;
+  uint32_t sample_number, depth, light;     /* of the rays at hand; the light of shadow rays */
   float sample[4][WHITTLE_MAX_TILE_PIXELS]; /* light and alpha of this sample, by slot */
   float sum[4][WHITTLE_MAX_TILE_PIXELS];
   uint32_t nodes[WHITTLE_RAY_KINDS][WHITTLE_MAX_TILE_PIXELS];
   uint32_t triangles[WHITTLE_RAY_KINDS][WHITTLE_MAX_TILE_PIXELS];
+  uint32_t leaf_depth[WHITTLE_MAX_TILE_PIXELS];
+  cost_row cost[WHITTLE_RAY_KINDS]; /* one block, cost[0].instance_nodes, if anyone is charged */
   packet_counters packet_counters;
   whittle_render_stats stats;
   char separate[64]; /* workers share no cache line */

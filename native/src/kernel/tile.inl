@@ -99,41 +99,6 @@ static bool primary_rays(const tile_context *context, tile_worker *w, uint32_t s
   return true;
 }
 
-static void trace_batch(const tile_context *context, tile_worker *w, ray_batch *batch,
-                        uint32_t kind) {
-  static const uint32_t sees_bit[WHITTLE_RAY_KINDS] = {WHITTLE_CAMERA, WHITTLE_SHADOW,
-                                                       WHITTLE_REFLECTION, WHITTLE_REFRACTION};
-  const trace_context trace = {.scene = context->scene,
-                               .mode = context->settings.mode,
-                               .packet = context->packets[kind],
-                               .visibility = sees_bit[kind],
-                               .masked = context->needs & WHITTLE_NEED_VISIBILITY,
-                               .count = context->count,
-                               .packets = &w->packet_counters,
-                               .own_box_misses = &w->stats.own_box_misses};
-  const double start = whittle_seconds();
-  trace_stream(&trace, &batch->rays, kind == WHITTLE_RAY_SHADOW);
-  const double seconds = whittle_seconds() - start;
-  w->stats.rays[kind] += batch->rays.count;
-  double *spent[WHITTLE_RAY_KINDS] = {&w->stats.seconds_primary, &w->stats.seconds_shadow,
-                                      &w->stats.seconds_secondary, &w->stats.seconds_secondary};
-  *spent[kind] += seconds;
-  w->stats.seconds_shade -= seconds;
-  if (!context->count)
-    return;
-  for (uint32_t i = 0; i < batch->rays.count; i++) {
-    w->nodes[kind][batch->slot[i]] += batch->rays.nodes[i];
-    w->triangles[kind][batch->slot[i]] += batch->rays.triangles[i];
-  }
-}
-
-static inline float *pixel_of(const tile_context *context, whittle_pass pass, uint32_t x,
-                              uint32_t y, uint32_t channels) {
-  const uint32_t *region = context->region;
-  const size_t at = (size_t)(y - region[1]) * (region[2] - region[0]) + (x - region[0]);
-  return context->image->pass[pass] + at * channels;
-}
-
 /* Writes what the passes show of primary hit `i` of the surfaces. */
 static void write_hit(const tile_context *context, const tile_worker *w, uint32_t i, float t) {
   const whittle_scene *scene = context->scene;
@@ -231,13 +196,13 @@ static bool light_batch(const tile_context *context, tile_worker *w, const light
     w->stats.shadow_rays_left_out += count - (uint32_t)__builtin_popcount(arrives);
     if (!l->shadow)
       add_light(w, s->slot + at, arrives, light);
-    else if (!append_rays(batch, arrives, s->slot + at, s->record + at, origin, to_light, light,
-                          t_max))
+    else if (!append_rays(batch, arrives, s, at, origin, to_light, light, t_max))
       return false;
   }
   if (batch->rays.count == 0)
     return true;
-  trace_batch(context, w, batch, WHITTLE_RAY_SHADOW);
+  if (!trace_batch(context, w, batch, WHITTLE_RAY_SHADOW))
+    return false;
   for (uint32_t i = 0; i < batch->rays.count; i++)
     if (batch->rays.record[i] == WHITTLE_NONE)
       for (int channel = 0; channel < 3; channel++)
@@ -252,13 +217,15 @@ static bool run_batch(const tile_context *context, tile_worker *w, ray_batch *ba
     return true;
   ray_batch *next = w->secondary[(depth + 1) % 2];
   const bool deeper = depth < context->settings.max_depth;
-  trace_batch(context, w, batch, kind);
-  if (!shade_batch(context, w, batch, deeper ? &next[0] : NULL, deeper ? &next[1] : NULL,
+  w->depth = depth;
+  w->surfaces.first_ray = context->log ? (uint32_t)context->log->count : 0;
+  if (!trace_batch(context, w, batch, kind) ||
+      !shade_batch(context, w, batch, deeper ? &next[0] : NULL, deeper ? &next[1] : NULL,
                    kind == WHITTLE_RAY_PRIMARY, geometry))
     return false;
   batch->rays.count = 0;
-  for (uint32_t l = 0; l < context->light_count; l++)
-    if (!light_batch(context, w, &context->lights[l]))
+  for (w->light = 0; w->light < context->light_count; w->light++)
+    if (!light_batch(context, w, &context->lights[w->light]))
       return false;
   return true;
 }
@@ -267,6 +234,7 @@ static bool run_batch(const tile_context *context, tile_worker *w, ray_batch *ba
 static bool run_sample(const tile_context *context, tile_worker *w, uint32_t sample) {
   const uint32_t grid = context->grid;
   const bool geometry = sample == grid / 2 * grid + grid / 2;
+  w->sample_number = sample;
   for (uint32_t slot = 0; slot < w->slots; slot++) {
     w->sample[0][slot] = w->sample[1][slot] = w->sample[2][slot] = 0.0f;
     w->sample[3][slot] = 1.0f;
@@ -290,27 +258,6 @@ static bool run_sample(const tile_context *context, tile_worker *w, uint32_t sam
   return true;
 }
 
-static void write_counters(const tile_context *context, tile_worker *w, uint32_t slot) {
-  const uint32_t x = w->pixel_x[slot], y = w->pixel_y[slot];
-  uint32_t nodes = 0, triangles = 0;
-  for (uint32_t kind = 0; kind < WHITTLE_RAY_KINDS; kind++) {
-    const whittle_pass of_nodes = (whittle_pass)(WHITTLE_PASS_NODES_PRIMARY + kind);
-    const whittle_pass of_triangles = (whittle_pass)(WHITTLE_PASS_TRIANGLES_PRIMARY + kind);
-    if (context->image->pass[of_nodes])
-      *pixel_of(context, of_nodes, x, y, 1) = (float)w->nodes[kind][slot];
-    if (context->image->pass[of_triangles])
-      *pixel_of(context, of_triangles, x, y, 1) = (float)w->triangles[kind][slot];
-    nodes += w->nodes[kind][slot];
-    triangles += w->triangles[kind][slot];
-    w->stats.nodes[kind] += w->nodes[kind][slot];
-    w->stats.triangles[kind] += w->triangles[kind][slot];
-  }
-  if (context->image->pass[WHITTLE_PASS_NODES])
-    *pixel_of(context, WHITTLE_PASS_NODES, x, y, 1) = (float)nodes;
-  if (context->image->pass[WHITTLE_PASS_TRIANGLES])
-    *pixel_of(context, WHITTLE_PASS_TRIANGLES, x, y, 1) = (float)triangles;
-}
-
 static void write_tile(const tile_context *context, tile_worker *w) {
   const float share = 1.0f / (float)context->settings.samples;
   for (uint32_t slot = 0; slot < w->slots; slot++) {
@@ -332,6 +279,7 @@ static bool kernel_render_tile(const tile_context *context, tile_worker *w, uint
   if (context->count) {
     memset(w->nodes, 0, sizeof w->nodes);
     memset(w->triangles, 0, sizeof w->triangles);
+    memset(w->leaf_depth, 0, sizeof w->leaf_depth);
   }
   for (int even = 0; even < 2; even++)
     w->secondary[even][0].rays.count = w->secondary[even][1].rays.count = 0;

@@ -26,7 +26,7 @@ struct whittle_job {
 
 static void *run(void *argument) {
   whittle_job *job = argument;
-  job->status = whittle_render_run(job->scene, &job->camera, &job->settings, &job->image,
+  job->status = whittle_render_run(job->scene, &job->camera, &job->settings, &job->image, NULL,
                                    &job->stats, &job->state, &job->error);
   atomic_store(&job->ended, 1);
   return NULL;

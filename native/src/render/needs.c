@@ -5,6 +5,8 @@
 #include "render/render.h"
 
 bool whittle_wants_counters(const whittle_image *image) {
+  if (image->cost != NULL)
+    return true;
   for (int pass = WHITTLE_PASS_NODES; pass < WHITTLE_PASS_COUNT; pass++)
     if (image->pass[pass] != NULL)
       return true;
@@ -54,7 +56,7 @@ static const struct {
     {WHITTLE_NEED_SMOOTH, "smooth normals", "every mesh is flat shaded"},
     {WHITTLE_NEED_LIGHTS, "several lights", "at most one light shines"},
     {WHITTLE_NEED_HIGHLIGHT, "highlights", "no reflecting material is rough"},
-    {WHITTLE_NEED_COUNTERS, "counters", "no heatmap pass is wanted"},
+    {WHITTLE_NEED_COUNTERS, "counters", "neither heatmap nor cost is wanted"},
     {WHITTLE_NEED_SAMPLES, "samples", "one sample a pixel"},
     {WHITTLE_NEED_VISIBILITY, "ray visibility", "every object is seen by all rays"},
 };

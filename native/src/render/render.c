@@ -8,6 +8,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "render/cost.h"
 
 #include <math.h>
 #include <string.h>
@@ -15,6 +16,8 @@
 typedef struct render_run {
   tile_context context;
   tile_worker *workers;
+  uint32_t worker_count;
+  cost_owners owners;
   atomic_uint_fast32_t next_tile;
   atomic_int out_of_memory;
 } render_run;
@@ -52,7 +55,7 @@ static whittle_status settle(whittle_settings *s, whittle_error *error) {
   return WHITTLE_OK;
 }
 
-static whittle_status check_materials(const whittle_scene *scene, whittle_error *error) {
+whittle_status whittle_materials_exist(const whittle_scene *scene, whittle_error *error) {
   for (size_t i = 0; i < scene->mesh_count; i++) {
     const mesh *m = &scene->meshes[i];
     if (m->materials == NULL)
@@ -94,6 +97,19 @@ static light_record *prepare_lights(const whittle_scene *scene) {
   return lights;
 }
 
+/* Who will be charged, if anyone is; then the render watches its rays. */
+static whittle_status prepare_watch(render_run *run, const whittle_image *image, ray_log *log,
+                                    whittle_error *error) {
+  tile_context *c = &run->context;
+  c->log = log;
+  c->watch = log != NULL || image->cost != NULL;
+  if (image->cost == NULL)
+    return WHITTLE_OK;
+  c->owners = &run->owners;
+  const whittle_status status = whittle_cost_check(c->scene, image->cost, error);
+  return status == WHITTLE_OK ? whittle_cost_begin(c->scene, &run->owners, error) : status;
+}
+
 /* How many rays make a packet of each kind, unless the settings say: measured, see benchmarks. */
 static void choose_packets(tile_context *context) {
   static const uint32_t chosen[WHITTLE_RAY_KINDS] = {256, 256, 64, 64};
@@ -104,14 +120,14 @@ static void choose_packets(tile_context *context) {
 
 static whittle_status prepare(render_run *run, const whittle_scene *scene,
                               const whittle_camera *camera, const whittle_settings *settings,
-                              const whittle_image *image, whittle_error *error) {
+                              const whittle_image *image, ray_log *log, whittle_error *error) {
   tile_context *c = &run->context;
   c->settings = *settings;
   whittle_status status = settle(&c->settings, error);
   if (status == WHITTLE_OK)
     status = whittle_camera_rays(scene, camera, &c->camera, error);
   if (status == WHITTLE_OK)
-    status = check_materials(scene, error);
+    status = whittle_materials_exist(scene, error);
   if (status != WHITTLE_OK)
     return status;
   c->kernels = whittle_kernels(error);
@@ -120,6 +136,8 @@ static whittle_status prepare(render_run *run, const whittle_scene *scene,
   c->scene = scene;
   c->image = image;
   c->needs = whittle_needs(scene, &c->settings, image);
+  if (log != NULL)
+    c->needs |= WHITTLE_NEED_COUNTERS;
   c->count = c->needs & WHITTLE_NEED_COUNTERS;
   if (c->settings.generic)
     c->needs |= WHITTLE_NEED_ALL & ~WHITTLE_NEED_COUNTERS;
@@ -135,7 +153,8 @@ static whittle_status prepare(render_run *run, const whittle_scene *scene,
   c->tiles = c->tiles_x * ((c->region[3] - c->region[1] + c->tile_edge - 1) / c->tile_edge);
   c->light_count = (uint32_t)scene->light_count;
   c->lights = prepare_lights(scene);
-  return c->lights == NULL ? whittle_out_of_memory(error, "the lights") : WHITTLE_OK;
+  return c->lights == NULL ? whittle_out_of_memory(error, "the lights")
+                           : prepare_watch(run, image, log, error);
 }
 
 static void work(void *context, uint32_t worker, whittle_run_state *state) {
@@ -159,7 +178,28 @@ static size_t worker_bytes(const tile_worker *w) {
   return bytes;
 }
 
+/* Workers with nothing in them yet. */
+static whittle_status prepare_workers(render_run *run, whittle_error *error) {
+  const tile_context *c = &run->context;
+  const uint32_t count = c->settings.threads < c->tiles ? c->settings.threads : c->tiles;
+  run->workers = whittle_allocate(count, sizeof *run->workers);
+  if (run->workers == NULL)
+    return whittle_out_of_memory(error, "the threads' ray buffers");
+  memset(run->workers, 0, count * sizeof *run->workers);
+  run->worker_count = count;
+  for (uint32_t i = 0; i < count; i++) {
+    tile_worker *w = &run->workers[i];
+    w->shadow.logged = c->log != NULL;
+    for (int batch = 0; batch < 4; batch++)
+      w->secondary[batch / 2][batch % 2].logged = c->log != NULL;
+    if (c->owners != NULL && !whittle_cost_worker_begin(c->owners, w))
+      return whittle_out_of_memory(error, "the threads' tables of cost");
+  }
+  return WHITTLE_OK;
+}
+
 static void release_worker(tile_worker *w) {
+  whittle_cost_worker_end(w);
   ray_batch_release(&w->primary);
   ray_batch_release(&w->shadow);
   for (int i = 0; i < 4; i++)
@@ -194,50 +234,57 @@ static void add_stats(whittle_render_stats *sum, const tile_worker *w) {
   sum->bytes += worker_bytes(w);
 }
 
-static void collect(const render_run *run, uint32_t threads, double start, uint32_t needs,
-                    whittle_render_stats *stats) {
+static void collect(const render_run *run, double start, whittle_render_stats *stats) {
   const tile_context *c = &run->context;
-  *stats = (whittle_render_stats){.threads = threads, .needs = needs, .kernel_needs = c->needs};
-  for (uint32_t i = 0; i < threads; i++)
+  *stats = (whittle_render_stats){.threads = run->worker_count,
+                                  .needs = whittle_needs(c->scene, &c->settings, c->image),
+                                  .kernel_needs = c->needs};
+  for (uint32_t i = 0; i < run->worker_count; i++)
     add_stats(stats, &run->workers[i]);
+  if (c->owners != NULL)
+    stats->bytes += whittle_cost_owner_bytes(c->owners, c->scene) +
+                    run->worker_count * whittle_cost_worker_bytes(c->owners);
   const double pixels = (double)(c->region[2] - c->region[0]) * (c->region[3] - c->region[1]);
   stats->dropped_weight /= pixels * c->settings.samples;
   stats->seconds = whittle_seconds() - start;
 }
 
+/* Renders all tiles of a run that is prepared. */
+static whittle_status run_tiles(render_run *run, const whittle_progress *progress,
+                                whittle_run_state *state, whittle_error *error) {
+  whittle_status status = prepare_workers(run, error);
+  if (status != WHITTLE_OK)
+    return status;
+  state->total = run->context.tiles;
+  status = whittle_run(run->worker_count, work, run, state, progress, error);
+  if (status == WHITTLE_OK && atomic_load(&run->out_of_memory))
+    status = whittle_fail(
+        error, WHITTLE_OUT_OF_MEMORY, "max_depth",
+        "the rays of one tile do not fit into memory: lower max_depth or raise cutoff");
+  return status;
+}
+
 whittle_status whittle_render_run(const whittle_scene *scene, const whittle_camera *camera,
                                   const whittle_settings *settings, const whittle_image *image,
-                                  whittle_render_stats *stats, whittle_run_state *state,
-                                  whittle_error *error) {
+                                  ray_log *log, whittle_render_stats *stats,
+                                  whittle_run_state *state, whittle_error *error) {
   whittle_status status = whittle_scene_read_begin(scene, error);
   if (status != WHITTLE_OK)
     return status;
   const double start = whittle_seconds();
   render_run run = {.context = {.cancelled = &state->cancelled}};
-  uint32_t threads = 0;
-  status = prepare(&run, scene, camera, settings, image, error);
-  if (status == WHITTLE_OK) {
-    threads = run.context.settings.threads;
-    threads = threads < run.context.tiles ? threads : run.context.tiles;
-    run.workers = whittle_allocate(threads, sizeof *run.workers);
-    if (run.workers == NULL)
-      status = whittle_out_of_memory(error, "the threads' ray buffers");
-  }
-  if (status == WHITTLE_OK) {
-    memset(run.workers, 0, threads * sizeof *run.workers);
-    state->total = run.context.tiles;
-    status = whittle_run(threads, work, &run, state, &settings->progress, error);
-    if (status == WHITTLE_OK && atomic_load(&run.out_of_memory))
-      status = whittle_fail(
-          error, WHITTLE_OUT_OF_MEMORY, "max_depth",
-          "the rays of one tile do not fit into memory: lower max_depth or raise cutoff");
-    if (status == WHITTLE_OK && stats != NULL)
-      collect(&run, threads, start, whittle_needs(scene, &run.context.settings, image), stats);
-    for (uint32_t i = 0; i < threads; i++)
-      release_worker(&run.workers[i]);
-  }
+  status = prepare(&run, scene, camera, settings, image, log, error);
+  if (status == WHITTLE_OK)
+    status = run_tiles(&run, &settings->progress, state, error);
+  if (status == WHITTLE_OK && image->cost != NULL)
+    whittle_cost_sum(&run.owners, run.workers, run.worker_count, image->cost);
+  if (status == WHITTLE_OK && stats != NULL)
+    collect(&run, start, stats);
+  for (uint32_t i = 0; i < run.worker_count; i++)
+    release_worker(&run.workers[i]);
   whittle_release(run.workers);
   whittle_release((void *)run.context.lights);
+  whittle_cost_end(&run.owners);
   whittle_scene_read_end(scene);
   return status;
 }
@@ -246,5 +293,5 @@ whittle_status whittle_render(const whittle_scene *scene, const whittle_camera *
                               const whittle_settings *settings, const whittle_image *image,
                               whittle_render_stats *stats, whittle_error *error) {
   whittle_run_state state = {0};
-  return whittle_render_run(scene, camera, settings, image, stats, &state, error);
+  return whittle_render_run(scene, camera, settings, image, NULL, stats, &state, error);
 }

@@ -17,8 +17,12 @@ uint32_t whittle_needs(const whittle_scene *scene, const whittle_settings *setti
 
 bool whittle_wants_counters(const whittle_image *image);
 
-/* whittle_render with the state of the run in the caller's hands. */
+/* Whether every triangle's material does. */
+whittle_status whittle_materials_exist(const whittle_scene *scene, whittle_error *error);
+
+/* whittle_render with the state of the run in the caller's hands, and a log of one thread's rays
+ * (NULL: none), which makes the render count. */
 whittle_status whittle_render_run(const whittle_scene *scene, const whittle_camera *camera,
                                   const whittle_settings *settings, const whittle_image *image,
-                                  whittle_render_stats *stats, whittle_run_state *state,
-                                  whittle_error *error);
+                                  ray_log *log, whittle_render_stats *stats,
+                                  whittle_run_state *state, whittle_error *error);
