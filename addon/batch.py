@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command line: ``blender FILE --command whittle ...`` or ``python -m addon ...``.
 
-Exit codes: 0 all frames are there; 1 a frame failed; 2 the command line is wrong.
+Exit codes: 0 all frames are there; 1 a frame failed; 2 the command line is wrong; 3 all frames are
+there, but a budget is broken.
 """
 
 import argparse
@@ -12,9 +13,12 @@ import time
 
 import bpy
 
-from . import heat, passes, progress, results
+from . import cost, heat, passes, progress, results
 from .builtin_panels import ENGINE
+from .cost.budgets import help_text
+from .cost.report import Report
 
+BROKEN = 3  # the exit code
 FORMATS = {"png": ("PNG", ".png"), "exr": ("OPEN_EXR_MULTILAYER", ".exr")}
 
 
@@ -29,14 +33,21 @@ def main(argv: list[str]) -> int:
         options = parser.parse_args(argv)
     except SystemExit as stop:
         return stop.code
+    broken = 0
     try:
         _open(options)
+        report = Report(bpy.data.filepath, options.budget) if _counts(options) else None
         for frame in options.frames or [bpy.context.scene.frame_current]:
             _run_frame(options, frame)
+            if report:
+                broken += _judge_frame(options, report)
     except (BatchError, heat.HeatError, OSError) as error:
         print(f"whittle: {error}", file=sys.stderr)
         return 1
-    return 0
+    except cost.BudgetError as error:
+        print(f"whittle: --budget {error}", file=sys.stderr)
+        return 2
+    return BROKEN if broken else 0
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -44,16 +55,48 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True)
     for name, text in (
         ("render", "render frames and their statistics (JSON) into a folder"),
-        ("heatmap", "render frames, counting, and draw the counts as PNG into a folder"),
+        ("heatmap", "render frames, counting: heatmaps, counts and who they are due to"),
     ):
-        command = commands.add_parser(name, help=text, description=text)
+        command = commands.add_parser(
+            name,
+            help=text,
+            description=text,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
         command.add_argument("--file", help="a .blend to open first")
-        command.add_argument("--out", default=".", help="the folder; default: this one")
+        command.add_argument(
+            "--output", "--out", dest="out", default=".", help="the folder; default: this one"
+        )
         command.add_argument("--frames", type=frames, help="such as 7, 1-10, 1-250:5 or 1,4,9-12")
         command.add_argument("--samples", type=int, help="per pixel, instead of the scene's")
         command.add_argument("--quiet", action="store_true", help="no progress")
     commands.choices["render"].add_argument("--format", choices=sorted(FORMATS), default="png")
+    heatmap = commands.choices["heatmap"]
+    heatmap.epilog = f"metrics of budgets\n\n{help_text(_counters())}"
+    heatmap.add_argument(
+        "--budget",
+        type=budget,
+        action="append",
+        default=[],
+        help=f"such as nodes_p95<=120; may be given several times; exit code {BROKEN} if broken",
+    )
     return parser
+
+
+def budget(text: str) -> cost.Budget:
+    """A budget of the command line."""
+    try:
+        return cost.Budget.parse(text, _counters())
+    except cost.BudgetError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def _counters() -> list[str]:
+    return [row.source for row in passes.COUNTERS]
+
+
+def _counts(options: argparse.Namespace) -> bool:
+    return options.command == "heatmap"
 
 
 def frames(text: str) -> list[int]:
@@ -84,8 +127,8 @@ def _open(options: argparse.Namespace) -> None:
     scene.render.engine = ENGINE
     if options.samples is not None:
         scene.whittle.samples = options.samples
-    if options.command == "heatmap":
-        scene.whittle.use_counters = True
+    if _counts(options):
+        scene.whittle.use_counters = scene.whittle.use_own_trees = True
     os.makedirs(options.out, exist_ok=True)
 
 
@@ -106,21 +149,43 @@ def _run_frame(options: argparse.Namespace, frame: int) -> None:
             line.end()
     if not results.last:
         raise BatchError(f"frame {frame}: cancelled")
-    saved = _save_picture(options, frame) if options.command == "render" else []
-    saved += _save_heatmaps(options, frame) if options.command == "heatmap" else []
+    if _counts(options):
+        saved = [_save_render(options.out, f"counters_{frame:04d}", "exr")]
+        saved += _save_heatmaps(options, frame)
+    else:
+        saved = [_save_render(options.out, f"frame_{frame:04d}", options.format)]
     saved.append(_save_statistics(options, frame))
     print("\n".join(f"whittle: wrote {path}" for path in saved), flush=True)
 
 
-def _save_picture(options: argparse.Namespace, frame: int) -> list[str]:
+def _judge_frame(options: argparse.Namespace, report: Report) -> int:
+    """Writes what the frame costs; how many budgets it breaks."""
+    broken = 0
+    try:
+        for result in results.last:
+            for verdict in report.add(result):
+                layer = f", {result.layer}" if len(results.last) > 1 else ""
+                sentence = f"whittle: frame {result.frame}{layer}: {verdict.sentence()}"
+                print(sentence, file=sys.stdout if verdict.kept else sys.stderr, flush=True)
+                broken += not verdict.kept
+    finally:
+        for path in report.write(options.out):
+            print(f"whittle: wrote {path}", flush=True)
+    return broken
+
+
+def _save_render(folder: str, name: str, form: str) -> str:
     """Saves the render; it appears under its name only when it is whole."""
-    kind, extension = FORMATS[options.format]
-    path = os.path.join(options.out, f"frame_{frame:04d}{extension}")
-    partial = os.path.join(options.out, f"frame_{frame:04d}.partial{extension}")
-    set_format(bpy.context.scene.render.image_settings, kind)
+    kind, extension = FORMATS[form]
+    path = os.path.join(folder, name + extension)
+    partial = os.path.join(folder, f"{name}.partial{extension}")
+    settings = bpy.context.scene.render.image_settings
+    set_format(settings, kind)
+    if form == "exr":
+        settings.color_depth = "32"  # counts have more digits than 16 bits hold
     bpy.data.images["Render Result"].save_render(os.path.abspath(partial))
     os.replace(partial, path)
-    return [path]
+    return path
 
 
 def set_format(settings: bpy.types.ImageFormatSettings, kind: str) -> None:
@@ -131,6 +196,9 @@ def set_format(settings: bpy.types.ImageFormatSettings, kind: str) -> None:
 
 
 def _save_heatmaps(options: argparse.Namespace, frame: int) -> list[str]:
+    if not heat.available():
+        print(f"whittle: no heatmaps drawn: {heat.UNAVAILABLE}", file=sys.stderr, flush=True)
+        return []
     settings = bpy.context.scene.whittle
     top = settings.heat_max if settings.heat_range == "FIXED" else None
     paths = []

@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from . import native, passes, properties, results
+from . import cost, native, passes, properties, results
 from .export import camera, scene
 from .notes import Notes
 from .progress import Progress
@@ -74,8 +74,13 @@ def render_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph)
         build = _build(export, frame, progress)
         clock.lap("build")
         settings = properties.core_settings(frame, [row.source for row in table])
+        settings["cost"] = frame.whittle.use_counters
         image = _trace(export.scene, shot, settings, progress)
         clock.lap("trace")
+        measured = None
+        if settings["cost"]:
+            measured = _judge(export, frame, shot, settings, image["cost"], progress)
+            clock.lap("judge")
     except core.Cancelled:
         return  # Esc: Blender knows, and keeps no picture
     _hand_over(engine, depsgraph.view_layer_eval.name, region, table, image)
@@ -89,6 +94,7 @@ def render_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph)
         render=image["stats"],
         notes=notes.lines(),
         counters={row.source: image[row.source][..., 0] for row in table if row.counter},
+        cost=measured,
     )
     _keep(engine, result)
 
@@ -115,6 +121,27 @@ def _build(export: scene.Export, frame: bpy.types.Scene, progress: Progress) -> 
     )
     export.note_dropped(stats["dropped"])
     return stats
+
+
+def _judge(
+    export: scene.Export,
+    frame: bpy.types.Scene,
+    shot: dict[str, Any],
+    settings: dict[str, Any],
+    counted: dict[str, Any],
+    progress: Progress,
+) -> cost.Measured:
+    """What the table of cost needs of the native scene, which ends with the render."""
+    names = cost.Names([place.object for place in export.meshes.places], export.materials.names)
+    return cost.collect(
+        export.scene,
+        names,
+        shot,
+        settings,
+        counted,
+        frame.whittle.use_own_trees,
+        lambda done: progress.report("judge", done),
+    )
 
 
 def _camera_object(engine: bpy.types.RenderEngine, frame: bpy.types.Scene) -> bpy.types.Object:

@@ -99,6 +99,9 @@ class WHITTLE_RENDER_PT_heatmaps(WhittlePanel, bpy.types.Panel):
         layout = _columns(self.layout)
         settings = context.scene.whittle
         layout.prop(settings, "use_counters")
+        column = layout.column()
+        column.enabled = settings.use_counters
+        column.prop(settings, "use_own_trees")
         layout.prop(settings, "heat_map")
         layout.prop(settings, "heat_range")
         if settings.heat_range == "FIXED":

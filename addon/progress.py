@@ -10,10 +10,15 @@ import bpy
 Listener = Callable[[str, float], None]
 
 listeners: list[Listener] = []
-"""Called with a phase ("export", "build", "trace") and its fraction done, in [0, 1]."""
+"""Called with a phase ("export", "build", "trace", "judge") and its fraction done, in [0, 1]."""
 
-SHARES = {"export": (0.0, 0.1), "build": (0.1, 0.3), "trace": (0.3, 1.0)}
-TEXTS = {"export": "Reading the scene", "build": "Building the BVH", "trace": "Tracing rays"}
+SHARES = {"export": (0.0, 0.1), "build": (0.1, 0.3), "trace": (0.3, 1.0), "judge": (1.0, 1.0)}
+TEXTS = {
+    "export": "Reading the scene",
+    "build": "Building the BVH",
+    "trace": "Tracing rays",
+    "judge": "Judging the BVH",
+}
 INTERVAL = 0.05  # seconds
 
 

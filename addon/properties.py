@@ -85,6 +85,14 @@ class WhittleSettings(bpy.types.PropertyGroup):
         ),
         default=False,
     )
+    use_own_trees: BoolProperty(
+        name="Judge Objects",
+        description=(
+            "With counting: build a BVH of its own for each object and measure how much objects "
+            "overlap, to tell which of them are hard to trace; takes about as long as the build"
+        ),
+        default=False,
+    )
     heat_map: EnumProperty(
         name="Colours",
         description="The colours of a heatmap, from low to high",

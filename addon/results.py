@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from .cost.measured import Measured
+
 
 @dataclass
 class Result:
@@ -22,6 +24,7 @@ class Result:
     render: dict[str, Any]  # as Scene.render gives it under "stats"
     notes: list[str]
     counters: dict[str, np.ndarray] = field(default_factory=dict)  # source -> (h, w) float32
+    cost: Measured | None = None  # of a render that counted
 
     def rays(self) -> int:
         """How many rays were traced, of all kinds."""

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Counts per pixel as coloured pictures with a legend."""
 
-from .pictures import HeatError, draw, show, write
+from .pictures import UNAVAILABLE, HeatError, draw, show, write
+from .text import available
 
-__all__ = ["HeatError", "draw", "show", "write"]
+__all__ = ["UNAVAILABLE", "HeatError", "available", "draw", "show", "write"]

@@ -14,6 +14,7 @@ from . import colormaps, legend, text
 
 NARROWEST = 480  # pixels; smaller pictures are enlarged, so that their legend can be read
 PERCENTILE = 99.5
+UNAVAILABLE = "This Blender cannot draw text into images: use 4.5 LTS or newer"
 
 
 class HeatError(RuntimeError):
@@ -29,7 +30,7 @@ def draw(
     99.5 % of the pixels stay below. HeatError if the render did not count, or text cannot be drawn.
     """
     if not text.available():
-        raise HeatError("This Blender cannot draw text into images: use 4.5 LTS or newer")
+        raise HeatError(UNAVAILABLE)
     if source not in result.counters:
         raise HeatError(
             "The last render did not count: switch on 'Count Rays' Work' and render again"

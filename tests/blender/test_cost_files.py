@@ -1,0 +1,180 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The heatmap command: what it counts, whom it names, and its exit codes."""
+
+import json
+
+import bad_scene
+import bpy
+import numpy as np
+import pictures
+import pytest
+from blender_process import programs
+
+KINDS = ("primary", "shadow", "reflection", "refraction")
+
+
+@pytest.fixture
+def file(scene, tmp_path):
+    """The bad scene as a .blend."""
+    bad_scene.build(scene)
+    path = tmp_path / "bad.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+@pytest.fixture
+def heatmap(addon, file, tmp_path):
+    """Runs the command on the bad scene; gives the exit code."""
+
+    def run(*arguments: str) -> int:
+        folder = str(tmp_path / "out")
+        words = ["heatmap", "--file", str(file), "--output", folder, "--quiet", *arguments]
+        return addon.batch.main(words)
+
+    return run
+
+
+def frame_of(folder) -> dict:
+    (frame,) = json.loads((folder / "cost.json").read_text())["frames"]
+    return frame
+
+
+def rows_of(frame: dict, kind: str = "objects") -> dict[str, dict]:
+    return {"shared" if row["shared"] else row["name"]: row for row in frame[kind]}
+
+
+def test_the_first_rows_name_the_culprits(heatmap, tmp_path):
+    assert heatmap() == 0
+    frame = frame_of(tmp_path / "out")
+    rows = rows_of(frame)
+    dearest = [name for name in rows if name != "shared"][:3]
+    assert set(dearest) == set(bad_scene.CULPRITS)
+    hints = {name: [hint["kind"] for hint in row["hints"]] for name, row in rows.items()}
+    assert hints["Fan"][0] == "slivers" and rows["Fan"]["slivers"] == 3_000
+    assert "overlap" in hints["Firs"] and "overlap" in hints["Pines"]
+    assert rows["Firs"]["overlap"] > 0.4 > 0.1 > rows["Ball"]["overlap"]
+    assert rows["Ball"]["hints"] == [] == rows["Floor"]["hints"]
+    assert rows["shared"]["stretched_by"] == bad_scene.STRAY
+    rock = rows[bad_scene.STRAY]
+    assert rock["stray_triangles"] == 1 and rock["stray_share"] > 0.99
+    assert rows["Ball"]["stray_share"] < 0.1
+    assert rows["Fan"]["sah_cost"] > 20 * rows["Ball"]["sah_cost"]
+
+
+def test_the_rows_add_up_to_the_pixels(addon, heatmap, tmp_path):
+    out = tmp_path / "out"
+    assert heatmap("--samples", "4") == 0
+    frame = frame_of(out)
+    (layer,) = json.loads((out / "statistics_0001.json").read_text())
+    passes = pictures.layer(out / "counters_0001.exr")
+    for kind in KINDS:
+        for key, source, name in (
+            ("node_visits", "nodes", "Nodes"),
+            ("triangle_tests", "triangles", "Triangles"),
+        ):
+            total = layer["render"][source][kind]
+            for rows in (frame["objects"], frame["materials"]):
+                assert sum(row[key][kind] for row in rows) == total
+            image = passes[f"{name} {kind.title()}"].astype(np.float64)
+            assert image.sum() == total, "32-bit floats hold each count"
+    assert passes["Nodes"].max() > 2048, "more than 16 bits hold"
+    counts = passes["Nodes"] / 4
+    assert frame["metrics"]["nodes_p95"] == pytest.approx(np.percentile(counts, 95))
+    assert frame["metrics"]["nodes_max"] == counts.max()
+    assert frame["tree"]["sah_cost"] == pytest.approx(layer["build"]["sah_cost"])
+    assert frame["samples"] == 4
+
+
+def test_instances_are_one_row_with_their_count(addon, scene, tmp_path):
+    collection = bpy.data.collections.new("Grove")
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2)
+    tree = bpy.context.object
+    tree.name = "Tree"
+    scene.collection.objects.unlink(tree)
+    collection.objects.link(tree)
+    for x in (-2, 0, 2):
+        empty = bpy.data.objects.new("Here", None)
+        empty.location.x = x
+        empty.instance_type, empty.instance_collection = "COLLECTION", collection
+        scene.collection.objects.link(empty)
+    assert addon.batch.main(["heatmap", "--out", str(tmp_path), "--quiet"]) == 0
+    row = rows_of(frame_of(tmp_path))["Tree"]
+    assert row["instances"] == 3 and row["triangles"] == 3 * 80
+
+
+def test_each_frame_and_layer_has_its_rows(addon, scene, tmp_path):
+    bpy.ops.mesh.primitive_cube_add()
+    scene.view_layers.new("Second")
+    assert addon.batch.main(["heatmap", "--out", str(tmp_path), "--frames", "1,3", "--quiet"]) == 0
+    frames = json.loads((tmp_path / "cost.json").read_text())["frames"]
+    first = scene.view_layers[0].name
+    assert [(frame["frame"], frame["layer"]) for frame in frames] == [
+        (1, first),
+        (1, "Second"),
+        (3, first),
+        (3, "Second"),
+    ]
+    assert len((tmp_path / "cost.csv").read_text().splitlines()) == 1 + 4 * 2 * 2
+
+
+def test_kept_budgets_are_exit_code_0(heatmap, capsys):
+    assert heatmap("--budget", "nodes_p95<=1e9", "--budget", "triangles(F*)<=3000") == 0
+    assert capsys.readouterr().out.count("is kept") == 2
+
+
+def test_broken_budgets_are_exit_code_3_and_name_the_object(heatmap, tmp_path, capsys):
+    assert heatmap("--budget", "nodes_mean<=5", "--budget", "depth<=64") == 3
+    said = capsys.readouterr()
+    assert "budget 'nodes_mean<=5' is broken: " in said.err
+    assert "object 'F" in said.err and "(depth" not in said.err
+    kept = {row["budget"]: row["kept"] for row in frame_of(tmp_path / "out")["budgets"]}
+    assert kept == {"nodes_mean<=5": False, "depth<=64": True}
+    assert heatmap("--budget", "sliver_share(*)<=0.5") == 3
+    said = capsys.readouterr().err
+    assert "is broken: 1 is that of object 'Fan'" in said and "slivers" in said
+
+
+@pytest.mark.parametrize("text", ["nodes_p95=12", "speed<=12", "nodes_p95<=much", ""])
+def test_an_unreadable_budget_is_exit_code_2_before_anything_is_rendered(
+    heatmap, tmp_path, capsys, text
+):
+    assert heatmap("--budget", text) == 2
+    assert "--budget" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_budget_of_an_object_that_is_not_there_is_exit_code_2(heatmap, capsys):
+    assert heatmap("--budget", "triangles(Bush)<=10") == 2
+    assert "no object of this render is called 'Bush'" in capsys.readouterr().err
+
+
+def test_an_unreadable_file_is_exit_code_1(addon, tmp_path, capsys):
+    bad = tmp_path / "bad.blend"
+    bad.write_bytes(b"not a scene")
+    for path in (bad, tmp_path / "none.blend"):
+        words = ["heatmap", "--file", str(path), "--out", str(tmp_path / "out")]
+        assert addon.batch.main([*words, "--budget", "nodes_p95<=12"]) == 1
+        assert path.name in capsys.readouterr().err
+
+
+def test_the_help_lists_the_metrics(addon, capsys):
+    assert addon.batch.main(["heatmap", "--help"]) == 0
+    said = capsys.readouterr().out
+    assert "triangles_per_pixel" in said and "nodes_shadow" in said and "exit code 3" in said
+
+
+@pytest.mark.parametrize("blender", programs(), ids=lambda blender: blender.package)
+def test_exit_codes_of_blender_itself(blender, file, tmp_path):
+    out = tmp_path / "out"
+    arguments = ["-b", file, "--command", "whittle", "heatmap", "--output", out]
+    for budget, code in (
+        ("nodes_p95<=1e9", 0),
+        ("triangles(Fan)<=100", 3),
+        ("nodes_p95<<1", 2),
+    ):
+        done = blender.run(*arguments, "--budget", budget)
+        assert done.returncode == code, done.stdout + done.stderr
+        assert ("'Fan'" in done.stderr) == (code == 3)
+    done = blender.run(*arguments, "--file", tmp_path / "none.blend")
+    assert done.returncode == 1 and "none.blend" in done.stderr
