@@ -379,7 +379,10 @@ typedef struct whittle_settings {
 
 /* The images that a render can make. Counters hold what each pixel's rays cost alone on the binary
  * tree, summed over its samples. Depth is along the view axis, 1e10 where nothing is hit; depth,
- * position, normal and object index are those of the sample nearest the pixel's centre. */
+ * position, normal and object index are those of the sample nearest the pixel's centre. Coherence
+ * is the share, 0 to 1, of rays that entered the nodes which the packets of the pixel's rays
+ * visited, over all nodes and packets; 1 where there are none. If counters are wanted too, the rays
+ * are traced twice, by packets and counting. */
 typedef enum whittle_pass {
   WHITTLE_PASS_COMBINED = 0, /* 4: linear RGB times alpha, alpha */
   WHITTLE_PASS_DEPTH,        /* 1 */
@@ -396,6 +399,10 @@ typedef enum whittle_pass {
   WHITTLE_PASS_TRIANGLES_SHADOW,
   WHITTLE_PASS_TRIANGLES_REFLECTION,
   WHITTLE_PASS_TRIANGLES_REFRACTION,
+  WHITTLE_PASS_LEAF_DEPTH, /* 1: the deepest leaf that the pixel's rays visited, in edges from the
+                              root; 0: none */
+  WHITTLE_PASS_COHERENCE,  /* 1: in the lecture mode only, see above */
+  WHITTLE_PASS_SECONDS,    /* 1: wall time of the pixel's tile / its pixels; not reproducible */
   WHITTLE_PASS_COUNT,
 } whittle_pass;
 
@@ -432,7 +439,8 @@ WHITTLE_API whittle_status whittle_scene_owners(const whittle_scene *scene, int3
                                                 int32_t *materials, whittle_error *error);
 
 /* Buffers of region height x region width x channels floats; NULL where a pass is not wanted. A
- * wanted counter pass makes the render count, and so does `cost`, which may be NULL. */
+ * wanted counter pass (of nodes or triangles, or the leaf depth) makes the render count, and so
+ * does `cost`, which may be NULL. */
 typedef struct whittle_image {
   float *pass[WHITTLE_PASS_COUNT];
   const whittle_cost *cost;

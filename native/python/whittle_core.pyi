@@ -20,7 +20,10 @@ ALL: int
 PASSES: dict[str, int]
 """Name of each pass and its channels, in the order of the C header: ``combined``, ``depth``,
 ``position``, ``normal``, ``object_index``, ``nodes``, ``nodes_primary``, ``nodes_shadow``,
-``nodes_reflection``, ``nodes_refraction``, ``triangles``, ``triangles_primary``, ..."""
+``nodes_reflection``, ``nodes_refraction``, ``triangles``, ``triangles_primary``, ...,
+``leaf_depth`` (edges from the root to the deepest leaf visited), ``coherence`` (0 to 1: share of
+the packets' rays that entered the nodes visited; in the mode "lecture" only), ``seconds`` (wall
+time of the pixel's tile by its pixels: not reproducible)."""
 
 class Cancelled(Exception):
     """The progress callback returned False, or the job was cancelled."""

@@ -27,7 +27,8 @@ def scene() -> Scene:
 
 
 def test_every_pass_has_its_shape(scene):
-    result = scene.render(camera(), {"passes": list(whittle_core.PASSES)})
+    settings = {"passes": list(whittle_core.PASSES), "mode": "lecture"}
+    result = scene.render(camera(), settings)
     stats = result.pop("stats")
     assert list(result) == list(whittle_core.PASSES)
     for name, channels in whittle_core.PASSES.items():

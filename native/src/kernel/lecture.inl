@@ -67,10 +67,21 @@ static inline bool left_first(const packet *p, uint32_t first, const whittle_nod
   return along >= 0.0f;
 }
 
+/* Adds what the packet's nodes had of active rays to the pixels of all its rays. */
+static void lecture_share(const ray_watch *watch, const packet *p, uint64_t active,
+                          uint64_t visited) {
+  const bool gathered = p->t == p->room.t;
+  for (uint32_t k = 0; k < p->count; k++) {
+    packet_share *share = &watch->shares[watch->slot[gathered ? p->slot[k] : p->slot[0] + k]];
+    share->active += active, share->visited += visited;
+  }
+}
+
 static void lecture_traverse(const trace_context *context, packet *p, const bool any) {
   const whittle_node *nodes = context->scene->nodes;
   lecture_entry stack[WHITTLE_STACK];
   uint32_t depth = 0;
+  const packet_counters before = *context->packets;
   context->packets->packets++;
   context->packets->rays += p->count;
   stack[depth++] = (lecture_entry){0, 0};
@@ -89,4 +100,7 @@ static void lecture_traverse(const trace_context *context, packet *p, const bool
     stack[depth++] = (lecture_entry){2 * left + 1 - near, first};
     stack[depth++] = (lecture_entry){near, first};
   }
+  if (context->watch != NULL && context->watch->shares != NULL)
+    lecture_share(context->watch, p, context->packets->active_rays - before.active_rays,
+                  context->packets->visited_rays - before.visited_rays);
 }

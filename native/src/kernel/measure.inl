@@ -45,6 +45,18 @@ static void add_seconds(tile_worker *w, uint32_t kind, double seconds) {
   w->stats.seconds_shade -= seconds;
 }
 
+/* Traces rays that are about to be counted in packets, for the coherence of these. */
+static void trace_together(const trace_context *counting, ray_stream *rays, uint32_t kind) {
+  uint64_t counted_again = 0;
+  trace_context together = *counting;
+  together.count = false;
+  together.own_box_misses = &counted_again;
+  const float limit = rays->count > 0 ? rays->t[0] : 0.0f; /* that of all rays of a batch */
+  trace_stream(&together, rays, kind == WHITTLE_RAY_SHADOW);
+  for (uint32_t i = 0; i < rays->count; i++)
+    rays->t[i] = limit;
+}
+
 /* Traces rays of one kind; false if memory for the log ran out. */
 static bool trace_batch(const tile_context *context, tile_worker *w, ray_batch *batch,
                         uint32_t kind) {
@@ -54,7 +66,8 @@ static bool trace_batch(const tile_context *context, tile_worker *w, ray_batch *
                            .leaf_depth = w->leaf_depth,
                            .owners = context->owners,
                            .charged = &w->cost[kind],
-                           .log = context->log};
+                           .log = context->log,
+                           .shares = context->coherence ? w->shares : NULL};
   const trace_context trace = {.scene = context->scene,
                                .mode = context->settings.mode,
                                .packet = context->packets[kind],
@@ -67,6 +80,8 @@ static bool trace_batch(const tile_context *context, tile_worker *w, ray_batch *
   if (context->log && !log_rays(context, w, batch, kind))
     return false;
   const double start = whittle_seconds();
+  if (context->coherence && context->count)
+    trace_together(&trace, &batch->rays, kind);
   trace_stream(&trace, &batch->rays, kind == WHITTLE_RAY_SHADOW);
   add_seconds(w, kind, whittle_seconds() - start);
   w->stats.rays[kind] += batch->rays.count;
@@ -104,4 +119,18 @@ static void write_counters(const tile_context *context, tile_worker *w, uint32_t
   }
   write_number(context, WHITTLE_PASS_NODES, x, y, (float)nodes);
   write_number(context, WHITTLE_PASS_TRIANGLES, x, y, (float)triangles);
+  write_number(context, WHITTLE_PASS_LEAF_DEPTH, x, y, (float)w->leaf_depth[slot]);
+}
+
+static void write_coherence(const tile_context *context, const tile_worker *w, uint32_t slot) {
+  const packet_share *s = &w->shares[slot];
+  const double share = s->visited ? (double)s->active / (double)s->visited : 1.0;
+  write_number(context, WHITTLE_PASS_COHERENCE, w->pixel_x[slot], w->pixel_y[slot], (float)share);
+}
+
+/* The same for all pixels of a tile: nothing finer can be measured. */
+static void write_seconds(const tile_context *context, const tile_worker *w, double seconds) {
+  const float each = (float)(seconds / w->slots);
+  for (uint32_t slot = 0; slot < w->slots; slot++)
+    write_number(context, WHITTLE_PASS_SECONDS, w->pixel_x[slot], w->pixel_y[slot], each);
 }

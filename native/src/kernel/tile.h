@@ -62,9 +62,10 @@ typedef struct tile_context {
   uint32_t grid;                       /* samples along each axis of a pixel */
   uint32_t packets[WHITTLE_RAY_KINDS]; /* rays in a packet of each kind */
   bool count;                          /* nodes and triangles */
-  bool watch;                          /* and more than these, what follows or passes */
-  const cost_owners *owners;           /* NULL: nobody is charged */
-  ray_log *log;                        /* NULL: nothing is logged; then there is one worker */
+  bool watch;                /* more of each ray: owners, log, the deepest leaf, the packets */
+  bool coherence;            /* of the packets */
+  const cost_owners *owners; /* NULL: nobody is charged */
+  ray_log *log;              /* NULL: nothing is logged; then there is one worker */
   const whittle_image *image;
   atomic_int *cancelled;
 } tile_context;
@@ -83,6 +84,7 @@ typedef struct tile_worker {
   uint32_t nodes[WHITTLE_RAY_KINDS][WHITTLE_MAX_TILE_PIXELS];
   uint32_t triangles[WHITTLE_RAY_KINDS][WHITTLE_MAX_TILE_PIXELS];
   uint32_t leaf_depth[WHITTLE_MAX_TILE_PIXELS];
+  packet_share shares[WHITTLE_MAX_TILE_PIXELS];
   cost_row cost[WHITTLE_RAY_KINDS]; /* one block, cost[0].instance_nodes, if anyone is charged */
   packet_counters packet_counters;
   whittle_render_stats stats;

@@ -269,6 +269,8 @@ static void write_tile(const tile_context *context, tile_worker *w) {
     }
     if (context->count)
       write_counters(context, w, slot);
+    if (context->coherence)
+      write_coherence(context, w, slot);
   }
 }
 
@@ -281,6 +283,8 @@ static bool kernel_render_tile(const tile_context *context, tile_worker *w, uint
     memset(w->triangles, 0, sizeof w->triangles);
     memset(w->leaf_depth, 0, sizeof w->leaf_depth);
   }
+  if (context->coherence)
+    memset(w->shares, 0, sizeof w->shares);
   for (int even = 0; even < 2; even++)
     w->secondary[even][0].rays.count = w->secondary[even][1].rays.count = 0;
   for (uint32_t sample = 0; sample < context->settings.samples; sample++) {
@@ -290,6 +294,9 @@ static bool kernel_render_tile(const tile_context *context, tile_worker *w, uint
       return false;
   }
   write_tile(context, w);
-  w->stats.seconds_shade += whittle_seconds() - start;
+  const double seconds = whittle_seconds() - start;
+  if (context->image->pass[WHITTLE_PASS_SECONDS])
+    write_seconds(context, w, seconds);
+  w->stats.seconds_shade += seconds;
   return true;
 }

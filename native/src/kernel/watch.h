@@ -25,11 +25,18 @@ typedef struct cost_row {
   uint64_t *material_nodes, *material_triangles;
 } cost_row;
 
+/* Of the packets that a pixel's rays were in, over the nodes that these entered: their rays that
+ * entered too, and all their rays. */
+typedef struct packet_share {
+  uint64_t active, visited;
+} packet_share;
+
 /* What is wanted of the rays of one batch. */
 typedef struct ray_watch {
   const uint32_t *slot;      /* of the tile's pixel, by ray */
   uint32_t *leaf_depth;      /* by slot: the deepest leaf visited */
   const cost_owners *owners; /* NULL: nobody is charged */
   const cost_row *charged;
-  ray_log *log; /* NULL: nothing is logged */
+  ray_log *log;         /* NULL: nothing is logged */
+  packet_share *shares; /* by slot, of packets in the lecture mode; NULL: not wanted */
 } ray_watch;

@@ -7,7 +7,7 @@
 bool whittle_wants_counters(const whittle_image *image) {
   if (image->cost != NULL)
     return true;
-  for (int pass = WHITTLE_PASS_NODES; pass < WHITTLE_PASS_COUNT; pass++)
+  for (int pass = WHITTLE_PASS_NODES; pass <= WHITTLE_PASS_LEAF_DEPTH; pass++)
     if (image->pass[pass] != NULL)
       return true;
   return false;

@@ -23,6 +23,9 @@ static const struct {
     [WHITTLE_PASS_TRIANGLES_SHADOW] = {"triangles_shadow", 1},
     [WHITTLE_PASS_TRIANGLES_REFLECTION] = {"triangles_reflection", 1},
     [WHITTLE_PASS_TRIANGLES_REFRACTION] = {"triangles_refraction", 1},
+    [WHITTLE_PASS_LEAF_DEPTH] = {"leaf_depth", 1},
+    [WHITTLE_PASS_COHERENCE] = {"coherence", 1},
+    [WHITTLE_PASS_SECONDS] = {"seconds", 1},
 };
 
 const char *whittle_pass_name(whittle_pass pass) {

@@ -97,12 +97,18 @@ static light_record *prepare_lights(const whittle_scene *scene) {
   return lights;
 }
 
-/* Who will be charged, if anyone is; then the render watches its rays. */
+/* What is wanted of each ray, and who is charged, if anyone is. */
 static whittle_status prepare_watch(render_run *run, const whittle_image *image, ray_log *log,
                                     whittle_error *error) {
   tile_context *c = &run->context;
   c->log = log;
-  c->watch = log != NULL || image->cost != NULL;
+  c->coherence = image->pass[WHITTLE_PASS_COHERENCE] != NULL;
+  c->watch = log != NULL || image->cost != NULL || c->coherence ||
+             image->pass[WHITTLE_PASS_LEAF_DEPTH] != NULL;
+  if (c->coherence && c->settings.mode != WHITTLE_LECTURE)
+    return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "passes",
+                        "passes: coherence is counted in the lecture mode only: choose that mode, "
+                        "or leave the pass out");
   if (image->cost == NULL)
     return WHITTLE_OK;
   c->owners = &run->owners;
