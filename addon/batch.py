@@ -204,7 +204,7 @@ def _save_heatmaps(options: argparse.Namespace, frame: int) -> list[str]:
     paths = []
     for result in results.last:
         layer = f"_{bpy.path.clean_name(result.layer)}" if len(results.last) > 1 else ""
-        for row in passes.COUNTERS:
+        for row in passes.counted(result.counters):
             path = os.path.join(options.out, f"heat_{row.source}{layer}_{frame:04d}.png")
             heat.write(path, heat.draw(result, row.source, settings.heat_map, top))
             paths.append(path)

@@ -38,9 +38,8 @@ def draw_heatmaps(scene: bpy.types.Scene) -> list[bpy.types.Image]:
     top = settings.heat_max if settings.heat_range == "FIXED" else None
     images = []
     for result in results.last:
-        for row in passes.COUNTERS:
-            counts = result.counters.get(row.source)
-            if counts is None or not (counts.any() or row.source == "nodes"):
+        for row in passes.counted(result.counters):
+            if not (result.counters[row.source].any() or row.source == "nodes"):
                 continue
             place = f" ({result.layer})" if len(results.last) > 1 else ""
             pixels = heat.draw(result, row.source, settings.heat_map, top)

@@ -44,9 +44,14 @@ def draw(legend: Legend, width: int) -> NDArray[np.float32]:
         align = "LEFT" if tick == 0 else "CENTER"
         labels.append(text.Label(f"{tick:,g}", margin if tick == 0 else x, 0.55 * font, align))
     if legend.top not in ticks(legend.top):
-        labels.append(text.Label(f"{legend.top:,.0f}+", width - margin, 0.55 * font, "RIGHT"))
+        labels.append(text.Label(f"{number(legend.top)}+", width - margin, 0.55 * font, "RIGHT"))
     cover = text.cover(labels, font, width, height)[..., np.newaxis]
     return band * (1.0 - cover) + INK * cover
+
+
+def number(value: float) -> str:
+    """A measured number as a legend shows it."""
+    return f"{value:,.0f}" if value >= 1000 else f"{value:.4g}"
 
 
 def ticks(top: float) -> list[float]:

@@ -26,29 +26,37 @@ def draw(
 ) -> NDArray[np.float32]:
     """One counter of a result as a picture (h, w, 3), sRGB in [0, 1], row 0 at the bottom.
 
-    `source` is the core's name of the pass; `top` the count of the last colour, by default what
-    99.5 % of the pixels stay below. HeatError if the render did not count, or text cannot be drawn.
+    `source` is the core's name of the pass; `top` the number of the last colour in the legend's
+    unit, by default what 99.5 % of the pixels stay below. HeatError if the render did not count, or
+    text cannot be drawn.
     """
+    row = next(row for row in passes.COUNTERS if row.source == source)
     if not text.available():
         raise HeatError(UNAVAILABLE)
     if source not in result.counters:
-        raise HeatError(
-            "The last render did not count: switch on 'Count Rays' Work' and render again"
-        )
-    counts = np.nan_to_num(result.counters[source])
+        raise HeatError(_not_counted(row, result))
+    counts = np.nan_to_num(result.counters[source]) * np.float32(row.scale)
     if top is None:
         top = float(np.percentile(counts, PERCENTILE))
-    top = max(top, 1.0)
+    top = row.top or max(top, row.least)
     scale = -(-NARROWEST // counts.shape[1])
     picture = colormaps.apply(colormap, counts / top).repeat(scale, axis=0).repeat(scale, axis=1)
-    row = next(row for row in passes.COUNTERS if row.source == source)
     band = legend.Legend(
-        title=f"{row.title}, per pixel",
-        summary=f"mean {counts.mean():,.1f}   highest {counts.max():,.0f}",
+        title=row.title,
+        summary=f"mean {legend.number(counts.mean())}   highest {legend.number(counts.max())}",
         colormap=colormap,
         top=top,
     )
     return np.concatenate((legend.draw(band, picture.shape[1]), picture))
+
+
+def _not_counted(row: passes.Pass, result: Result) -> str:
+    if result.counters and row.mode:
+        return (
+            f"Only the traversal 'Packets with Statistics' counts {row.name.lower()}: choose it in "
+            "the Performance panel and render again"
+        )
+    return "The last render did not count: switch on 'Count Rays' Work' and render again"
 
 
 def show(name: str, pixels: NDArray[np.float32]) -> bpy.types.Image:

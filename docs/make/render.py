@@ -68,7 +68,7 @@ def _heatmaps(scene: bpy.types.Scene, counted: list[results.Result], out: Path) 
     top = settings.heat_max if settings.heat_range == "FIXED" else None
     for result in counted:
         layer = f"_{bpy.path.clean_name(result.layer)}" if len(counted) > 1 else ""
-        for row in passes.COUNTERS:
+        for row in passes.counted(result.counters):
             path = out / f"heat_{row.source}{layer}.png"
             heat.write(str(path), heat.draw(result, row.source, settings.heat_map, top))
             yield path

@@ -86,7 +86,32 @@ def test_counts_of_zero_make_a_picture(addon, result):
     assert np.allclose(picture[-1, 0] * 255, (68, 1, 84))
 
 
-@pytest.mark.parametrize("top", [1, 3, 7.25, 100, 115, 1132, 98765, 1e7])
+def test_shares_and_times_have_scales_of_their_own(addon, result):
+    """Coherence spans 0 to 100 % whatever is asked for; time is shown in microseconds."""
+    from addon import heat
+    from addon.heat import colormaps
+
+    share = result.counters["nodes"] / 1000
+    result.counters = {"coherence": share, "seconds": share * np.float32(3e-7)}
+    band = heat.draw(result, "coherence").shape[0] - 200
+    for picture, values in (
+        (heat.draw(result, "coherence", top=1000), share),
+        (heat.draw(result, "seconds", top=0.5), share * 0.6),
+        (heat.draw(result, "seconds", top=3), share * 0.1),
+    ):
+        assert np.allclose(picture[band:], colormaps.apply("VIRIDIS", values), atol=1e-5)
+    automatic = heat.draw(result, "seconds")[band:]
+    assert np.allclose(automatic[0, -1] * 255, (253, 231, 37)), "it spans less than 1"
+
+
+def test_a_counter_of_another_traversal_says_so(addon, result):
+    from addon import heat
+
+    with pytest.raises(heat.HeatError, match="Packets with Statistics"):
+        heat.draw(result, "coherence")
+
+
+@pytest.mark.parametrize("top", [0.004, 0.37, 1, 3, 7.25, 100, 115, 1132, 98765, 1e7])
 def test_ticks_are_round_rising_and_within_the_range(addon, top):
     from addon.heat import legend
 

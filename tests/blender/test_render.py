@@ -84,6 +84,7 @@ def test_passes_hold_what_they_say(scene, plane, render, addon):
     for name in ("z", "position", "normal", "object_index"):
         setattr(layer, f"use_pass_{name}", True)
     scene.whittle.use_counters = True
+    scene.whittle.mode = "LECTURE"
     plane.pass_index = 7
     plane.location.z = 2
     plane.scale = (0.5, 0.5, 1)
@@ -106,10 +107,20 @@ def test_passes_hold_what_they_say(scene, plane, render, addon):
             passes[f"{kind} {k}"] for k in ("Primary", "Shadow", "Reflection", "Refraction")
         )
         assert np.array_equal(passes[kind], total) and passes[kind].sum() > 0
+    assert passes["Leaf Depth"].max() >= 0 < passes["Seconds"].min()
+    assert 0 < passes["Coherence"].min() <= passes["Coherence"].max() <= 1
 
 
 def test_only_the_passes_asked_for_exist(scene, plane, render):
     assert set(render()) == {"Combined"}
+
+
+def test_coherence_exists_only_where_packets_count_it(scene, plane, render):
+    scene.whittle.use_counters = True
+    for mode in ("FAST", "LECTURE", "SINGLE"):
+        scene.whittle.mode = mode
+        found = render()
+        assert ("Coherence" in found) == (mode == "LECTURE") and "Leaf Depth" in found
 
 
 @pytest.fixture

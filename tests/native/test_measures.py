@@ -164,7 +164,7 @@ def test_coherence_depends_on_the_scene_alone() -> None:
 
 @pytest.mark.parametrize("name", ["spheres", "duplicates", "long_strips"])
 def test_all_together_keep_the_bits(name: str) -> None:
-    """The picture, the counts and the lecture's statistics are as each render by itself has them."""
+    """Picture, counts and the lecture's statistics are as each render by itself has them."""
     scene, camera = placed(name)
     lecture = {"mode": "lecture", "samples": 4}
     counters = ("nodes", "triangles_shadow")
