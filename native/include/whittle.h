@@ -111,6 +111,25 @@ WHITTLE_API whittle_status whittle_scene_add_instance(whittle_scene *scene, uint
                                                       uint32_t visibility, uint32_t *index,
                                                       whittle_error *error);
 
+/* ---- Changing a scene ----
+ *
+ * Numbers of meshes and instances never change; those of what is removed are not given again. The
+ * scene must be built again before it is traced. What fails leaves it as it was. */
+
+WHITTLE_API whittle_status whittle_scene_set_transform(whittle_scene *scene, uint32_t instance,
+                                                       const double transform[16],
+                                                       whittle_error *error);
+
+/* Gives all instances of a mesh another one. A mesh of the same positions and triangles costs no
+ * new subtree: its normals and materials are not part of it. */
+WHITTLE_API whittle_status whittle_scene_replace_mesh(whittle_scene *scene, uint32_t mesh,
+                                                      const whittle_mesh *source,
+                                                      whittle_error *error);
+
+/* Its mesh stays, for others to show: replaced by an empty one it takes no memory. */
+WHITTLE_API whittle_status whittle_scene_remove_instance(whittle_scene *scene, uint32_t instance,
+                                                         whittle_error *error);
+
 /* What a surface does with light; a surface is the sum of its lobes and all zero is black.
  * Per channel and for light at angle theta to the normal, F the exact dielectric reflectance of
  * `ior`, S the Schlick ramp (1 - cos theta)^5:
@@ -165,6 +184,7 @@ typedef struct whittle_build_options {
   uint32_t bins;        /* 0: 16; 2 to 64 */
   uint32_t max_leaf;    /* 0: 8; 1 to 64 triangles */
   float traversal_cost; /* 0: 1, in triangle tests */
+  int by_instance;      /* a subtree for each instance, kept for the next build by instance */
   whittle_progress progress;
 } whittle_build_options;
 
@@ -180,12 +200,23 @@ typedef struct whittle_build_stats {
   uint64_t bytes;  /* of the finished structures: nodes, indices, triangles, meshes */
   uint64_t bytes_nodes, bytes_triangles, bytes_meshes;
   double seconds, seconds_flatten, seconds_tree; /* wall time */
-  double center[3];                              /* what was subtracted from world positions */
-  int32_t exponent;                              /* and then they were divided by 2^exponent */
+  /* By instance: how many instances there are, and how many of them got a new subtree, the others
+   * keeping theirs; whether all did because the scene outgrew its frame, or shrank in it; and the
+   * part of seconds_tree that went into the tree over the subtrees and putting all together. */
+  uint32_t subtrees, subtrees_built;
+  int32_t frame_changed;
+  double seconds_join;
+  double center[3]; /* what was subtracted from world positions */
+  int32_t exponent; /* and then they were divided by 2^exponent */
 } whittle_build_stats;
 
 /* Builds or rebuilds everything that tracing needs. `stats` may be NULL. After WHITTLE_CANCELLED or
- * an error the scene is as before the call. */
+ * an error the scene is as before the call.
+ *
+ * By instance, the tree is put together from a subtree for each instance, and a build that follows
+ * one with the same options makes only those anew whose transform or mesh has changed. Images and
+ * hits have the same bits either way; counters are those of the tree at hand. Rays take longer
+ * where instances overlap, which the one tree takes apart. */
 WHITTLE_API whittle_status whittle_scene_build(whittle_scene *scene,
                                                const whittle_build_options *options,
                                                whittle_build_stats *stats, whittle_error *error);

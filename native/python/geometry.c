@@ -1,12 +1,12 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* Scene.add_mesh and Scene.add_instance. */
+/* Scene.add_mesh, Scene.replace_mesh and Scene.add_instance. */
 
 #include "arguments.h"
 #include "arrays.h"
 #include "scene_methods.h"
 
-/* What a mesh is made of while it is added. */
+/* What a mesh is made of while it is handed over. */
 typedef struct mesh_arrays {
   array_view positions, triangles, normals, materials;
   void *owned[4];
@@ -101,17 +101,28 @@ static bool check_uvs(module_state *state, PyObject *uvs, const whittle_mesh *me
   return good;
 }
 
+/* What add_mesh and replace_mesh are given, but not yet read. */
+typedef struct mesh_arguments {
+  PyObject *positions, *triangles, *normals, *uvs, *materials;
+} mesh_arguments;
+
+static bool read_mesh(module_state *state, const mesh_arguments *from, mesh_arrays *arrays) {
+  return read_surface(state, from->positions, from->triangles, arrays) &&
+         read_normals(state, from->normals, arrays) &&
+         read_materials(state, from->materials, arrays) &&
+         check_uvs(state, from->uvs, &arrays->mesh);
+}
+
 PyObject *scene_add_mesh(PyObject *self, PyObject *args, PyObject *kwargs) {
   static char *names[] = {"positions", "triangles", "normals", "uvs", "materials", NULL};
-  PyObject *positions, *triangles, *normals = Py_None, *uvs = Py_None, *materials = Py_None;
-  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "OO|OOO:add_mesh", names, &positions, &triangles,
-                                   &normals, &uvs, &materials))
+  mesh_arguments from = {.normals = Py_None, .uvs = Py_None, .materials = Py_None};
+  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "OO|OOO:add_mesh", names, &from.positions,
+                                   &from.triangles, &from.normals, &from.uvs, &from.materials))
     return NULL;
   module_state *state = state_of(self);
   mesh_arrays arrays = {0};
   PyObject *result = NULL;
-  if (read_surface(state, positions, triangles, &arrays) && read_normals(state, normals, &arrays) &&
-      read_materials(state, materials, &arrays) && check_uvs(state, uvs, &arrays.mesh)) {
+  if (read_mesh(state, &from, &arrays)) {
     uint32_t index = 0;
     whittle_error error = {0};
     whittle_status status;
@@ -119,6 +130,30 @@ PyObject *scene_add_mesh(PyObject *self, PyObject *args, PyObject *kwargs) {
         whittle_scene_add_mesh(scene_handle(self), &arrays.mesh, &index, &error);
     Py_END_ALLOW_THREADS result =
         status ? raise_status(state, status, &error) : PyLong_FromUnsignedLong(index);
+  }
+  release_arrays(&arrays);
+  return result;
+}
+
+PyObject *scene_replace_mesh(PyObject *self, PyObject *args, PyObject *kwargs) {
+  static char *names[] = {"mesh", "positions", "triangles", "normals", "uvs", "materials", NULL};
+  mesh_arguments from = {.normals = Py_None, .uvs = Py_None, .materials = Py_None};
+  PyObject *number;
+  uint32_t mesh;
+  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "OOO|OOO:replace_mesh", names, &number,
+                                   &from.positions, &from.triangles, &from.normals, &from.uvs,
+                                   &from.materials) ||
+      !argument_uint32(number, "mesh", 0, &mesh))
+    return NULL;
+  module_state *state = state_of(self);
+  mesh_arrays arrays = {0};
+  PyObject *result = NULL;
+  if (read_mesh(state, &from, &arrays)) {
+    whittle_error error = {0};
+    whittle_status status;
+    Py_BEGIN_ALLOW_THREADS status =
+        whittle_scene_replace_mesh(scene_handle(self), mesh, &arrays.mesh, &error);
+    Py_END_ALLOW_THREADS result = status ? raise_status(state, status, &error) : Py_BuildValue("");
   }
   release_arrays(&arrays);
   return result;

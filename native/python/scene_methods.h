@@ -9,7 +9,9 @@
 typedef PyObject *scene_method(PyObject *self, PyObject *args, PyObject *kwargs);
 
 /* geometry.c */
-scene_method scene_add_mesh, scene_add_instance;
+scene_method scene_add_mesh, scene_replace_mesh, scene_add_instance;
+/* edit.c */
+scene_method scene_set_transform, scene_remove_instance;
 /* appearance.c */
 scene_method scene_set_materials, scene_set_lights, scene_set_world;
 /* build.c */

@@ -42,11 +42,15 @@ static void scene_dealloc(PyObject *self) {
 static PyMethodDef scene_methods[] = {
     METHOD(add_mesh, "($self, positions, triangles, normals=None, uvs=None, materials=None)"),
     METHOD(add_instance, "($self, mesh, transform, object_id=0, visibility=15)"),
+    METHOD(set_transform, "($self, instance, transform)"),
+    METHOD(replace_mesh, "($self, mesh, positions, triangles, normals=None, uvs=None, "
+                         "materials=None)"),
+    METHOD(remove_instance, "($self, instance)"),
     METHOD(set_materials, "($self, materials)"),
     METHOD(set_lights, "($self, lights)"),
     METHOD(set_world, "($self, color, ambient=(0, 0, 0))"),
     METHOD(build, "($self, threads=0, bins=16, on_progress=None, *, max_leaf=0, "
-                  "traversal_cost=0.0)"),
+                  "traversal_cost=0.0, by_instance=False)"),
     METHOD(intersect,
            "($self, origins, directions, t_min=0.0, t_max=1e999, threads=0, *, packet=0, "
            "visibility=15, counters=False)"),

@@ -10,7 +10,8 @@
 typedef struct field {
   const char *name;
   size_t offset;
-  char type; /* I uint32, i int32, Q uint64, d double; k: a dict of uint64 by kind of ray */
+  char type; /* I uint32, i int32, b int32 as bool, Q uint64, d double; k: a dict of uint64 by kind
+                of ray */
 } field;
 
 static const field build_fields[] = {
@@ -35,6 +36,10 @@ static const field build_fields[] = {
     F(seconds_flatten, 'd'),
     F(seconds_tree, 'd'),
     F(exponent, 'i'),
+    F(subtrees, 'I'),
+    F(subtrees_built, 'I'),
+    F(frame_changed, 'b'),
+    F(seconds_join, 'd'),
     {0},
 #undef F
 };
@@ -92,6 +97,8 @@ static PyObject *field_value(const char *from, char type) {
     return PyLong_FromUnsignedLong(*(const uint32_t *)from);
   case 'i':
     return PyLong_FromLong(*(const int32_t *)from);
+  case 'b':
+    return PyBool_FromLong(*(const int32_t *)from);
   case 'Q':
     return PyLong_FromUnsignedLongLong(*(const uint64_t *)from);
   case 'd':

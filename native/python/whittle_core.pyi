@@ -63,6 +63,23 @@ class Scene:
         object_id: int = 0,
         visibility: int = ...,
     ) -> int: ...
+    def set_transform(self, instance: int, transform: ArrayLike) -> None:
+        """Moves an instance: float64 (4, 4), as in add_instance. Instances and meshes keep their
+        numbers, and the scene must be built again before it is traced, as after the next two."""
+    def replace_mesh(
+        self,
+        mesh: int,
+        positions: ArrayLike,
+        triangles: ArrayLike,
+        normals: ArrayLike | None = None,
+        uvs: Mapping[str, ArrayLike] | None = None,
+        materials: ArrayLike | None = None,
+    ) -> None:
+        """Gives all instances of a mesh another one; arrays as in add_mesh. If only its normals or
+        materials differ, a build by instance keeps their subtrees."""
+    def remove_instance(self, instance: int) -> None:
+        """Its number is not given again, and naming it afterwards raises ValueError. Its mesh
+        stays: replaced by an empty one it takes no memory."""
     def set_materials(self, materials: Sequence[Mapping[str, Any]]) -> None:
         """Each a mapping with any of diffuse, mirror, metal, specular, transmission, emission
         (three floats), metal_weight, ior, roughness (floats); what is missing is 0 (ior: 1.5)."""
@@ -79,8 +96,13 @@ class Scene:
         *,
         max_leaf: int = 0,
         traversal_cost: float = 0.0,
+        by_instance: bool = False,
     ) -> dict[str, Any]:
-        """Stats by the names of whittle_build_stats, plus ``dropped``: a list with a mapping
+        """by_instance makes a subtree for each instance under a tree over them, and the next build
+        with the same options makes only those anew that have changed; images and hits have the same
+        bits, but rays cost more where instances overlap.
+
+        Stats by the names of whittle_build_stats, plus ``dropped``: a list with a mapping
         (mesh, non_finite, zero_area) for each mesh that lost triangles."""
     def intersect(
         self,

@@ -193,6 +193,8 @@ whittle_status whittle_bvh_build(whittle_team *team, whittle_fragment *fragments
   if (count == 0)
     return WHITTLE_OK;
   builder b = {.divide = {.team = team, .options = *options, .buffer = {fragments, spare}}};
+  if (b.divide.options.max_depth == 0)
+    b.divide.options.max_depth = WHITTLE_MAX_DEPTH;
   /* At most count / BLOCK spans above BLOCK at each depth, each with a pair and two blocks. */
   const size_t segments = 3 * WHITTLE_MAX_DEPTH * (size_t)(count / BLOCK) + 1;
   b.divide.left_counts = whittle_allocate(whittle_left_counts(count), sizeof(uint32_t));

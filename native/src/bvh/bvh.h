@@ -24,13 +24,15 @@ typedef struct whittle_fragment {
 typedef struct whittle_bvh_options {
   uint32_t bins, max_leaf;
   float traversal_cost;
+  uint32_t max_depth; /* 0: WHITTLE_MAX_DEPTH; at least log2(count), rounded up */
 } whittle_bvh_options;
 
 typedef struct whittle_bvh {
   whittle_node *nodes; /* = block + 1: then siblings share a cache line */
   whittle_node *block; /* to be released */
   uint32_t node_count, leaves, depth, largest_leaf;
-  double sah_cost;
+  double cost;     /* traversal cost x areas of inner nodes + sum of count x leaf area */
+  double sah_cost; /* that, by the root's area */
 } whittle_bvh;
 
 /* Builds the tree over fragments, which end up in leaf order; `spare` has room for as many. Called

@@ -10,9 +10,9 @@ static uint32_t ceil_log2(uint32_t n) {
 }
 
 /* Whether halving from here on would use up the depth that is left: then it must begin. Spans keep
- * ceil_log2(count) <= WHITTLE_MAX_DEPTH - depth, so no leaf can lie deeper. */
-static bool must_halve(const span *s) {
-  return ceil_log2(s->count) >= WHITTLE_MAX_DEPTH - s->depth;
+ * ceil_log2(count) <= max_depth - depth, so no leaf can lie deeper. */
+static bool must_halve(const divide_context *c, const span *s) {
+  return ceil_log2(s->count) >= c->options.max_depth - s->depth;
 }
 
 choice whittle_choose(const divide_context *c, const span *s, bool found, const split *best) {
@@ -21,7 +21,7 @@ choice whittle_choose(const divide_context *c, const span *s, bool found, const 
     if (!found || best->leaf_cost <= divided)
       return LEAF;
   }
-  return found && !must_halve(s) ? SPLIT : HALVE;
+  return found && !must_halve(c, s) ? SPLIT : HALVE;
 }
 
 void whittle_number_children(const span *s, uint32_t left, span children[2]) {

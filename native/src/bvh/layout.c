@@ -4,6 +4,7 @@
 
 #include "bvh/layout.h"
 #include "base/memory.h"
+#include "bvh/measure.h"
 
 #include <stdlib.h>
 
@@ -31,19 +32,12 @@ static const segment *segment_at(const segment_list *list, uint32_t place) {
   return &list->segments[low];
 }
 
-static double half_area(const whittle_node *node) {
-  double side[3];
-  for (int i = 0; i < 3; i++)
-    side[i] = (double)node->bounds_max[i] - (double)node->bounds_min[i];
-  return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
-}
-
 static void judge(segment *s, const whittle_node *node) {
   if (node->count == 0) {
-    s->inner_area += half_area(node);
+    s->inner_area += whittle_node_area(node);
     return;
   }
-  s->leaf_cost += node->count * half_area(node);
+  s->leaf_cost += node->count * whittle_node_area(node);
   s->leaves++;
   if (node->count > s->largest_leaf)
     s->largest_leaf = node->count;
@@ -77,11 +71,11 @@ static void summarise(const segment_list *list, segment sum, float traversal_cos
     if (s->largest_leaf > sum.largest_leaf)
       sum.largest_leaf = s->largest_leaf;
   }
-  const double whole = half_area(&bvh->nodes[0]);
+  const double whole = whittle_node_area(&bvh->nodes[0]);
   bvh->leaves = sum.leaves;
   bvh->largest_leaf = sum.largest_leaf;
-  bvh->sah_cost =
-      whole > 0.0 ? ((double)traversal_cost * sum.inner_area + sum.leaf_cost) / whole : 0.0;
+  bvh->cost = (double)traversal_cost * sum.inner_area + sum.leaf_cost;
+  bvh->sah_cost = whole > 0.0 ? bvh->cost / whole : 0.0;
 }
 
 whittle_status whittle_layout(whittle_team *team, segment_list *list, float traversal_cost,

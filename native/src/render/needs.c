@@ -33,9 +33,12 @@ uint32_t whittle_needs(const whittle_scene *scene, const whittle_settings *setti
   for (size_t i = 0; i < scene->material_count; i++)
     needs |= material_needs(&scene->materials[i]);
   for (size_t i = 0; i < scene->instance_count; i++) {
-    if (scene->meshes[scene->instances[i].mesh].normals != NULL)
+    const instance *placed = &scene->instances[i];
+    if (placed->removed)
+      continue;
+    if (scene->meshes[placed->mesh].normals != NULL)
       needs |= WHITTLE_NEED_SMOOTH;
-    if (scene->instances[i].visibility != WHITTLE_ALL)
+    if (placed->visibility != WHITTLE_ALL)
       needs |= WHITTLE_NEED_VISIBILITY;
   }
   if (scene->light_count > 1)

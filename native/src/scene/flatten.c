@@ -16,16 +16,21 @@ typedef struct flatten {
   flat_scene *flat;
   double scale;
   uint32_t *kept; /* by piece of GRAIN triangles */
-  pthread_mutex_t lock;
-  world_bounds bounds;
 } flatten;
 
-uint64_t whittle_flat_units(const flat_scene *flat) {
-  return (PLACE_UNITS + RECORD_UNITS) * flat->index.triangles;
+typedef struct bounding {
+  const whittle_scene *scene;
+  const flat_index *index;
+  pthread_mutex_t lock;
+  world_bounds bounds;
+} bounding;
+
+uint64_t whittle_flat_units(uint64_t triangles) {
+  return (PLACE_UNITS + RECORD_UNITS) * triangles;
 }
 
-/* The instance that holds a rank: the last one that starts at or below it. */
-static size_t instance_of(const uint64_t *first, size_t count, uint64_t rank) {
+/* Which of the instances holds a rank: the last one that starts at or below it. */
+static size_t holder_of(const uint64_t *first, size_t count, uint64_t rank) {
   size_t low = 0, high = count;
   while (high - low > 1) {
     const size_t middle = low + (high - low) / 2;
@@ -38,17 +43,18 @@ static size_t instance_of(const uint64_t *first, size_t count, uint64_t rank) {
 }
 
 static whittle_status number(const whittle_scene *scene, flat_index *index, whittle_error *error) {
-  const size_t count = scene->instance_count;
+  const size_t count = index->instances;
   index->first_triangle = whittle_allocate(count + 1, sizeof *index->first_triangle);
   index->first_vertex = whittle_allocate(count + 1, sizeof *index->first_vertex);
   if (!index->first_triangle || !index->first_vertex)
     return whittle_out_of_memory(error, "the list of instances");
   for (size_t i = 0; i < count; i++) {
-    const mesh *m = &scene->meshes[scene->instances[i].mesh];
+    const instance *where = &scene->instances[index->first_instance + i];
+    const mesh *m = &scene->meshes[where->mesh];
     index->first_triangle[i] = index->triangles;
     index->first_vertex[i] = index->vertices;
-    index->triangles += m->triangle_count;
-    index->vertices += m->vertex_count;
+    index->triangles += where->removed ? 0 : m->triangle_count;
+    index->vertices += where->removed ? 0 : m->vertex_count;
   }
   index->first_triangle[count] = index->triangles;
   index->first_vertex[count] = index->vertices;
@@ -60,16 +66,18 @@ static whittle_status number(const whittle_scene *scene, flat_index *index, whit
   return WHITTLE_OK;
 }
 
-whittle_status whittle_flat_begin(const whittle_scene *scene, flat_scene *flat,
-                                  whittle_error *error) {
+whittle_status whittle_flat_begin(const whittle_scene *scene, size_t first_instance,
+                                  size_t instances, flat_scene *flat, whittle_error *error) {
   memset(flat, 0, sizeof *flat);
+  flat->index.first_instance = first_instance;
+  flat->index.instances = instances;
   const whittle_status status = number(scene, &flat->index, error);
   if (status != WHITTLE_OK)
     return status;
-  flat->drops = whittle_allocate(scene->mesh_count, sizeof *flat->drops);
+  flat->drops = whittle_allocate(instances, sizeof *flat->drops);
   if (!flat->drops)
     return whittle_out_of_memory(error, "the counts of dropped triangles");
-  for (size_t i = 0; i < scene->mesh_count; i++) {
+  for (size_t i = 0; i < instances; i++) {
     atomic_init(&flat->drops[i].non_finite, 0);
     atomic_init(&flat->drops[i].zero_area, 0);
   }
@@ -85,58 +93,45 @@ void whittle_flat_free(flat_scene *flat) {
   memset(flat, 0, sizeof *flat);
 }
 
-static void extend(world_bounds *bounds, const double p[3]) {
-  for (int i = 0; i < 3; i++) {
-    bounds->lo[i] = p[i] < bounds->lo[i] ? p[i] : bounds->lo[i];
-    bounds->hi[i] = p[i] > bounds->hi[i] ? p[i] : bounds->hi[i];
-  }
-}
-
-static const world_bounds EMPTY = {{INFINITY, INFINITY, INFINITY},
-                                   {-INFINITY, -INFINITY, -INFINITY}};
-
 static void bound_vertices(void *context, uint64_t begin, uint64_t end) {
-  flatten *f = context;
-  const whittle_scene *scene = f->scene;
-  const uint64_t *first = f->flat->index.first_vertex;
-  world_bounds bounds = EMPTY;
-  size_t i = instance_of(first, scene->instance_count, begin);
+  bounding *b = context;
+  const flat_index *index = b->index;
+  const uint64_t *first = index->first_vertex;
+  world_bounds bounds = WORLD_EMPTY;
+  size_t i = holder_of(first, index->instances, begin);
   for (uint64_t rank = begin; rank < end; i++) {
-    const instance *where = &scene->instances[i];
-    const mesh *m = &scene->meshes[where->mesh];
+    const instance *where = &b->scene->instances[index->first_instance + i];
+    const mesh *m = &b->scene->meshes[where->mesh];
     for (; rank < end && rank < first[i + 1]; rank++) {
       const uint32_t vertex = (uint32_t)(rank - first[i]);
       double world[3];
       if ((!m->used || m->used[vertex]) && whittle_place_vertex(m, where, vertex, world))
-        extend(&bounds, world);
+        world_extend(&bounds, world);
     }
   }
-  if (!(bounds.lo[0] <= bounds.hi[0]))
-    return; /* the corners of an empty box are infinitely far away */
-  pthread_mutex_lock(&f->lock);
-  extend(&f->bounds, bounds.lo);
-  extend(&f->bounds, bounds.hi);
-  pthread_mutex_unlock(&f->lock);
+  pthread_mutex_lock(&b->lock);
+  world_unite(&b->bounds, &bounds);
+  pthread_mutex_unlock(&b->lock);
 }
 
 static void place_vertices(void *context, uint64_t begin, uint64_t end) {
   const flatten *f = context;
-  const whittle_scene *scene = f->scene;
-  const uint64_t *first = f->flat->index.first_vertex;
-  size_t i = instance_of(first, scene->instance_count, begin);
+  const flat_index *index = &f->flat->index;
+  const uint64_t *first = index->first_vertex;
+  size_t i = holder_of(first, index->instances, begin);
   for (uint64_t rank = begin; rank < end; i++) {
-    const instance *where = &scene->instances[i];
-    const mesh *m = &scene->meshes[where->mesh];
+    const instance *where = &f->scene->instances[index->first_instance + i];
+    const mesh *m = &f->scene->meshes[where->mesh];
     for (; rank < end && rank < first[i + 1]; rank++)
       whittle_place_in_scene(m, where, (uint32_t)(rank - first[i]), &f->flat->frame, f->scale,
                              f->flat->vertices + 3 * rank);
   }
 }
 
-/* The three vertices of a triangle. */
-static inline void corners_of(const flat_scene *flat, const mesh *m, size_t instance,
-                              uint32_t triangle, const float *corner[3]) {
-  const float *vertices = flat->vertices + 3 * flat->index.first_vertex[instance];
+/* The three vertices of a triangle of the i-th instance. */
+static inline void corners_of(const flat_scene *flat, const mesh *m, size_t i, uint32_t triangle,
+                              const float *corner[3]) {
+  const float *vertices = flat->vertices + 3 * flat->index.first_vertex[i];
   const uint32_t *index = m->triangles + 3 * (size_t)triangle;
   for (int k = 0; k < 3; k++)
     corner[k] = vertices + 3 * (size_t)index[k];
@@ -151,7 +146,7 @@ static inline void set_fragment(whittle_fragment *fragment, const float *const c
   }
 }
 
-static void count_drop(mesh_drops *drops, placement why) {
+static void count_drop(flat_drops *drops, placement why) {
   atomic_fetch_add_explicit(why == PLACED_NON_FINITE ? &drops->non_finite : &drops->zero_area, 1,
                             memory_order_relaxed);
 }
@@ -159,24 +154,24 @@ static void count_drop(mesh_drops *drops, placement why) {
 /* Writes the good triangles of a piece to the piece's own start, packed. */
 static void place_triangles(void *context, uint64_t begin, uint64_t end) {
   flatten *f = context;
-  const whittle_scene *scene = f->scene;
-  const uint64_t *first = f->flat->index.first_triangle;
+  const flat_index *index = &f->flat->index;
+  const uint64_t *first = index->first_triangle;
   whittle_fragment *out = f->flat->fragments + begin;
-  size_t i = instance_of(first, scene->instance_count, begin);
+  size_t i = holder_of(first, index->instances, begin);
   for (uint64_t rank = begin; rank < end; i++) {
-    const instance *where = &scene->instances[i];
-    const mesh *m = &scene->meshes[where->mesh];
+    const size_t number = index->first_instance + i;
+    const mesh *m = &f->scene->meshes[f->scene->instances[number].mesh];
     for (; rank < end && rank < first[i + 1]; rank++) {
       const uint32_t triangle = (uint32_t)(rank - first[i]);
       const float *corner[3];
       corners_of(f->flat, m, i, triangle, corner);
       const placement result = whittle_judge_triangle(corner[0], corner[1], corner[2]);
       if (result != PLACED) {
-        count_drop(&f->flat->drops[where->mesh], result);
+        count_drop(&f->flat->drops[i], result);
         continue;
       }
       out->triangle = triangle;
-      out->instance = (uint32_t)i;
+      out->instance = (uint32_t)number;
       set_fragment(out++, corner);
     }
   }
@@ -198,9 +193,18 @@ static void close_gaps(flatten *f) {
   f->flat->count = count;
 }
 
+world_bounds whittle_flat_bounds(whittle_team *team, const whittle_scene *scene,
+                                 const flat_scene *flat) {
+  bounding b = {.scene = scene, .index = &flat->index, .bounds = WORLD_EMPTY};
+  pthread_mutex_init(&b.lock, NULL);
+  whittle_team_for(team, flat->index.vertices, GRAIN, bound_vertices, &b);
+  pthread_mutex_destroy(&b.lock);
+  return b.bounds;
+}
+
 whittle_status whittle_flatten(whittle_team *team, const whittle_scene *scene, flat_scene *flat,
                                whittle_error *error) {
-  flatten f = {.team = team, .scene = scene, .flat = flat, .bounds = EMPTY};
+  flatten f = {.team = team, .scene = scene, .flat = flat};
   const uint64_t total = flat->index.triangles;
   flat->block = whittle_allocate(2 * (total + 1), sizeof *flat->fragments);
   flat->vertices = whittle_allocate(flat->index.vertices, 3 * sizeof(float));
@@ -211,15 +215,11 @@ whittle_status whittle_flatten(whittle_team *team, const whittle_scene *scene, f
   }
   flat->spare = flat->block;
   flat->fragments = flat->spare + total + 1;
-  pthread_mutex_init(&f.lock, NULL);
-  whittle_team_for(team, flat->index.vertices, GRAIN, bound_vertices, &f);
-  flat->frame = whittle_frame_of(&f.bounds);
   f.scale = ldexp(1.0, -flat->frame.exponent);
   whittle_team_for(team, flat->index.vertices, GRAIN, place_vertices, &f);
   whittle_team_for(team, total, GRAIN, place_triangles, &f);
   if (!whittle_cancelled(team->state))
     close_gaps(&f);
-  pthread_mutex_destroy(&f.lock);
   whittle_release(f.kept);
   return WHITTLE_OK;
 }
@@ -237,13 +237,14 @@ typedef struct record_writer {
 
 static void write_records(void *context, uint64_t begin, uint64_t end) {
   const record_writer *w = context;
+  const flat_index *index = &w->flat->index;
   for (uint64_t i = w->first + begin; i < w->first + end; i++) {
     const whittle_fragment *fragment = &w->flat->fragments[i];
     const instance *where = &w->scene->instances[fragment->instance];
-    const uint64_t rank = w->flat->index.first_triangle[fragment->instance] + fragment->triangle;
+    const size_t holder = fragment->instance - index->first_instance;
+    const uint64_t rank = index->first_triangle[holder] + fragment->triangle;
     const float *corner[3];
-    corners_of(w->flat, &w->scene->meshes[where->mesh], fragment->instance, fragment->triangle,
-               corner);
+    corners_of(w->flat, &w->scene->meshes[where->mesh], holder, fragment->triangle, corner);
     triangle_record record = {.instance = fragment->instance,
                               .triangle = fragment->triangle,
                               .primitive = (uint32_t)rank};

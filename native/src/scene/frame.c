@@ -4,8 +4,6 @@
 
 #include "scene/frame.h"
 
-#include <math.h>
-
 /* World positions fit a float, so extents stay below 2^129; at the other end 2^-exponent must. */
 enum { LEAST_EXPONENT = -1000 };
 

@@ -26,6 +26,16 @@ size_t whittle_mesh_bytes(const mesh *m) {
          (m->used ? m->vertex_count : 0);
 }
 
+static bool same(const void *a, const void *b, size_t bytes) {
+  return bytes == 0 || memcmp(a, b, bytes) == 0;
+}
+
+bool whittle_mesh_same_surface(const mesh *a, const mesh *b) {
+  return a->vertex_count == b->vertex_count && a->triangle_count == b->triangle_count &&
+         same(a->positions, b->positions, a->vertex_count * 3 * sizeof(float)) &&
+         same(a->triangles, b->triangles, a->triangle_count * 3 * sizeof(uint32_t));
+}
+
 static whittle_status check(const whittle_mesh *source, whittle_error *error) {
   if (!source)
     return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "mesh", "The mesh is missing.");

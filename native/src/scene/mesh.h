@@ -12,4 +12,8 @@
 
 whittle_status whittle_mesh_copy(mesh *m, const whittle_mesh *source, whittle_error *error);
 void whittle_mesh_free(mesh *m);
+
+/* Whether two meshes have the same positions and triangles, bit for bit. */
+bool whittle_mesh_same_surface(const mesh *a, const mesh *b);
+
 size_t whittle_mesh_bytes(const mesh *m);

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "scene/instance.h"
 #include "scene/mesh.h"
+#include "scene/subtrees.h"
 
 #include <string.h>
 
@@ -41,6 +42,7 @@ void whittle_scene_destroy(whittle_scene *scene) {
   whittle_release(scene->node_block);
   whittle_release(scene->wide);
   whittle_release(scene->triangles);
+  whittle_subtrees_free(scene->subtrees);
   whittle_release(scene);
 }
 
@@ -69,7 +71,7 @@ static whittle_status add_mesh(whittle_scene *scene, const whittle_mesh *source,
     return status;
   if (index)
     *index = (uint32_t)scene->mesh_count;
-  scene->mesh_count++;
+  scene->meshes[scene->mesh_count++].version = ++scene->mesh_version;
   scene->built = false;
   return WHITTLE_OK;
 }

@@ -19,6 +19,7 @@ typedef struct mesh {
   uint8_t *used;       /* by vertex: is a corner of a finite triangle; NULL: all are */
   size_t vertex_count, triangle_count;
   bool normals_by_corner;
+  uint64_t version; /* of positions and triangles: no other mesh of the scene ever had it */
   uint64_t dropped_non_finite, dropped_zero_area; /* by the last build */
 } mesh;
 
@@ -29,7 +30,8 @@ typedef struct instance {
   uint32_t mesh;
   int32_t object_id;
   uint32_t visibility;
-  float side; /* -1 if the transform mirrors, else 1: turns cross(e1, e2) outwards */
+  float side;   /* -1 if the transform mirrors, else 1: turns cross(e1, e2) outwards */
+  bool removed; /* only its number is left: it has no triangles and is seen by all rays */
 } instance;
 
 /* A triangle as the traversals read it: vertices in scene space, in leaf order. */
@@ -52,6 +54,7 @@ typedef struct scene_frame {
 struct whittle_scene {
   mesh *meshes;
   size_t mesh_count, mesh_capacity;
+  uint64_t mesh_version; /* the last one given to a mesh */
   instance *instances;
   size_t instance_count, instance_capacity;
   whittle_material *materials; /* never empty: material 0 is the default until some are set */
@@ -69,7 +72,8 @@ struct whittle_scene {
   uint32_t wide_count;
   triangle_record *triangles;
   size_t triangle_count;
-  whittle_build_options options; /* of the build, with the defaults filled in; no progress */
+  whittle_build_options options;   /* of the build, with the defaults filled in; no progress */
+  struct scene_subtrees *subtrees; /* their places in the arrays above: subtrees.h; or NULL */
   whittle_build_stats stats;
   bool built;
 

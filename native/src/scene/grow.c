@@ -1,0 +1,34 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* From flattened instances to a tree that can be traced. */
+
+#include "scene/grow.h"
+#include "base/memory.h"
+
+#include <string.h>
+
+uint64_t whittle_grow_units(uint64_t triangles) {
+  return whittle_flat_units(triangles) + whittle_bvh_units(triangles);
+}
+
+whittle_status whittle_grow(whittle_team *team, const whittle_scene *scene, flat_scene *flat,
+                            const whittle_bvh_options *options, grown_tree *grown,
+                            whittle_error *error) {
+  memset(grown, 0, sizeof *grown);
+  const whittle_status status = whittle_bvh_build(
+      team, flat->fragments, flat->spare, (uint32_t)flat->count, options, &grown->bvh, error);
+  if (status != WHITTLE_OK)
+    return status;
+  grown->record_count = (size_t)flat->count;
+  grown->records = whittle_flat_records(team, scene, flat);
+  grown->wide = whittle_bvh_widen(grown->bvh.nodes, grown->bvh.node_count, team->state,
+                                  &grown->wide_count, error);
+  return grown->wide ? WHITTLE_OK : WHITTLE_OUT_OF_MEMORY;
+}
+
+void whittle_grown_free(grown_tree *grown) {
+  whittle_release(grown->bvh.block);
+  whittle_release(grown->wide);
+  whittle_release(grown->records);
+  memset(grown, 0, sizeof *grown);
+}

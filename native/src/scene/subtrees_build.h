@@ -1,0 +1,51 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* A build by instances: begun, led by one worker of a team, and then committed or not. */
+
+#pragma once
+
+#include "bvh/top.h"
+#include "scene/subtrees.h"
+
+#define NO_SUBTREE UINT32_MAX
+
+/* The scene's arrays, and how many entries are in them. */
+typedef struct scene_arrays {
+  whittle_node *nodes, *node_block;
+  wide_node *wide;
+  triangle_record *triangles;
+  size_t node_count, wide_count, triangle_count;
+} scene_arrays;
+
+typedef struct subtrees_build {
+  const whittle_scene *scene;
+  whittle_team *team;
+  flat_scene all; /* only its index: the ranks */
+  scene_subtrees *next;
+  uint32_t *changed; /* instances that get a new subtree, ascending */
+  uint32_t changed_count, live;
+  uint32_t *news;    /* by instance: its place in `changed`, or NO_SUBTREE */
+  grown_tree *grown; /* of the changed ones, in their order */
+  top_tree top;
+  whittle_bvh summary; /* of the whole, without nodes */
+  scene_arrays made;
+  bool in_place; /* `made` are the arrays that the scene has */
+  bool frame_changed;
+  double framed, grew;  /* when the frame was known and the subtrees had been made */
+  pthread_mutex_t lock; /* of the two below */
+  whittle_status status;
+  whittle_error error;
+} subtrees_build;
+
+whittle_status whittle_subtrees_begin(subtrees_build *p, const whittle_scene *scene,
+                                      const whittle_bvh_options *options, whittle_error *error);
+whittle_status whittle_subtrees_lead(subtrees_build *p, whittle_team *team, whittle_error *error);
+/* Leaves the old arrays, if they were replaced, to be released with the build. */
+void whittle_subtrees_commit(subtrees_build *p, whittle_scene *scene);
+void whittle_subtrees_end(subtrees_build *p);
+
+/* The steps. */
+whittle_status whittle_subtrees_bound(subtrees_build *p);
+whittle_status whittle_subtrees_grow(subtrees_build *p);
+whittle_status whittle_subtrees_join(subtrees_build *p, whittle_error *error);
+void whittle_subtrees_put(subtrees_build *p); /* what whittle_subtrees_join left, if in place */
