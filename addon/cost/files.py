@@ -5,7 +5,7 @@
 import csv
 import io
 import json
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import Any
 
 import numpy as np
@@ -68,7 +68,8 @@ def frame_dict(
 
 
 def _row_dict(row: Row) -> dict[str, Any]:
-    return asdict(row)
+    values = {field.name: getattr(row, field.name) for field in fields(row)}
+    return values | {"hints": [asdict(hint) for hint in row.hints]}
 
 
 def verdict_dict(verdict: Verdict) -> dict[str, Any]:
@@ -87,9 +88,23 @@ def verdict_dict(verdict: Verdict) -> dict[str, Any]:
 
 
 def to_json(file: str, frames: list[dict[str, Any]]) -> str:
-    """The document of all frames."""
-    document = {"schema": "whittle-cost", "version": VERSION, "file": file, "frames": frames}
-    return json.dumps(document, indent=1, default=_plain, allow_nan=False) + "\n"
+    """The document of all frames, a row of it on a line."""
+    head = {"schema": "whittle-cost", "version": VERSION, "file": file}
+    texts = ",\n".join(_frame_json(frame) for frame in frames)
+    return f'{_json(head)[:-1]}, "frames": [\n{texts}\n]}}\n'
+
+
+def _frame_json(frame: dict[str, Any]) -> str:
+    parts = []
+    for name, value in frame.items():
+        rows = isinstance(value, list) and value and isinstance(value[0], dict)
+        text = "[\n  {}\n ]".format(",\n  ".join(map(_json, value))) if rows else _json(value)
+        parts.append(f" {_json(name)}: {text}")
+    return "{\n" + ",\n".join(parts) + "\n}"
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, default=_plain, allow_nan=False)
 
 
 def _plain(value: Any) -> Any:

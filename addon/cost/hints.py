@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 SLIVERS = 0.25  # of the triangles
 FEWEST_SLIVERS = 100
 STRAY = 0.5  # of the surface of an object's own box
-STRETCH = 0.25  # of the surface of shared boxes
+STRETCH = 0.33  # of the surface of shared boxes
 OVERLAP = 0.25  # of the object's surface
 DENSE = 2.0  # triangles to a pixel: half of them face away
 

@@ -110,13 +110,14 @@ def _rows(
     whole = _Whole(visits, tests, quality)
     summed = {name: groups.sum(part[name]) for name in ("triangles", "slivers", "bytes", "stretch")}
     columns = _qualities(groups, part)
+    instances = np.bincount(groups.of_part, minlength=len(groups.names))
     by_kind = groups.sum(visits[:, :count]), groups.sum(tests[:, :count])
     rows = [
         Row(
             kind,
             name,
             shared=False,
-            instances=int((groups.of_part == index).sum()),
+            instances=int(instances[index]),
             triangles=int(summed["triangles"][index]),
             slivers=int(summed["slivers"][index]),
             stretch=float(summed["stretch"][index]),
