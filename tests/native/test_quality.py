@@ -229,6 +229,23 @@ def test_stretch_is_what_shared_boxes_would_lose():
     assert part["stretch"] == pytest.approx(stretch, rel=1e-9)
 
 
+def test_subtrees_and_edited_scenes_are_judged_alike():
+    """Trees put together from subtrees, some of them rebuilt, are trees like others."""
+    scene = small_scene()
+    for edit in (lambda: None, lambda: scene.remove_instance(1)):
+        edit()
+        scene.set_transform(0, meshes.transform(1.0, (0.1, 0, 0)))
+        stats = scene.build(by_instance=True, traversal_cost=1.5)
+        quality = scene.quality(overlap=True, by_instance=True)
+        assert quality["sah_cost"] == pytest.approx(stats["sah_cost"], rel=1e-12)
+        assert quality["overlap"] == pytest.approx(plain_overlap(scene, 1.5).sum(), rel=1e-9)
+        nodes, stretch = plain_stretch(scene, scene.triangles()["instance"], 3)
+        part = quality["instance"]
+        assert np.array_equal(part["nodes"], nodes)
+        assert part["stretch"] == pytest.approx(stretch, rel=1e-9)
+    assert not any(part[name][1].any() for name in part), "nothing is left of what was removed"
+
+
 def test_a_stray_triangle_stretches_the_shared_boxes():
     stray = meshes.soup(np.array([[[50, 60, 70], [50.1, 60, 70], [50, 60.1, 70]]]))
     spheres = [(SPHERE, meshes.transform(1.0, (0.4 * i, 0, 0))) for i in range(4)]
