@@ -8,6 +8,7 @@ there, but a budget is broken.
 
 import argparse
 import os
+import re
 import sys
 import time
 
@@ -123,6 +124,8 @@ def _open(options: argparse.Namespace) -> None:
             bpy.ops.wm.open_mainfile(filepath=os.path.abspath(options.file))
         except RuntimeError as error:
             raise BatchError(str(error).strip()) from error
+    else:
+        check_opened(sys.argv)
     scene = bpy.context.scene
     scene.render.engine = ENGINE
     if options.samples is not None:
@@ -130,6 +133,17 @@ def _open(options: argparse.Namespace) -> None:
     if _counts(options):
         scene.whittle.use_counters = scene.whittle.use_own_trees = True
     os.makedirs(options.out, exist_ok=True)
+
+
+def check_opened(words: list[str]) -> None:
+    """BatchError if Blender's command line names a .blend that Blender could not read: it goes on
+    with its startup scene and says nothing more."""
+    if "--command" not in words:
+        return
+    before = words[: words.index("--command")]
+    files = [word for word in before if re.search(r"\.blend\d*$", word, re.IGNORECASE)]
+    if files and os.path.realpath(files[-1]) != os.path.realpath(bpy.data.filepath):
+        raise BatchError(f"{files[-1]} could not be opened: is it there, and a Blender file?")
 
 
 def _run_frame(options: argparse.Namespace, frame: int) -> None:

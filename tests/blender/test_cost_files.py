@@ -180,6 +180,18 @@ def test_an_unreadable_file_is_exit_code_1(addon, tmp_path, capsys):
         assert path.name in capsys.readouterr().err
 
 
+def test_a_file_that_blender_itself_could_not_open_is_exit_code_1(
+    addon, file, tmp_path, monkeypatch, capsys
+):
+    """Blender would go on with its startup scene."""
+    words = ["heatmap", "--out", str(tmp_path / "out"), "--quiet"]
+    for name, code in (("none.blend", 1), ("bad.blend", 0), ("BAD.BLEND1", 1)):
+        argv = ["blender", "-b", str(tmp_path / name), "--command", "whittle", *words]
+        monkeypatch.setattr("sys.argv", argv)
+        assert addon.batch.main(words) == code
+        assert (name in capsys.readouterr().err) == (code == 1)
+
+
 def test_the_help_lists_the_metrics(addon, capsys):
     assert addon.batch.main(["heatmap", "--help"]) == 0
     said = capsys.readouterr().out
@@ -198,8 +210,10 @@ def test_exit_codes_of_blender_itself(blender, file, tmp_path):
         done = blender.run(*arguments, "--budget", budget)
         assert done.returncode == code, done.stdout + done.stderr
         assert ("'Parasol'" in done.stderr) == (code == 3)
-    done = blender.run(*arguments, "--file", tmp_path / "none.blend")
-    assert done.returncode == 1 and "none.blend" in done.stderr
+    bad = tmp_path / "unreadable.blend"
+    bad.write_bytes(b"not a scene")
+    done = blender.run("-b", bad, *arguments[2:])
+    assert done.returncode == 1 and "unreadable.blend" in done.stdout + done.stderr
 
 
 def test_the_example_s_page_is_made_of_its_counts(addon, tmp_path, monkeypatch):
