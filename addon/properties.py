@@ -7,6 +7,8 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
+from .heat import colormaps
+
 # Numbers have soft limits only: a script that sets one beyond them gets an error from the render,
 # not a value that was quietly changed.
 
@@ -96,11 +98,7 @@ class WhittleSettings(bpy.types.PropertyGroup):
     heat_map: EnumProperty(
         name="Colours",
         description="The colours of a heatmap, from low to high",
-        items=(
-            ("VIRIDIS", "Viridis", "Dark blue to yellow, even to the eye"),
-            ("INFERNO", "Inferno", "Black through red to pale yellow, even to the eye"),
-            ("CIVIDIS", "Cividis", "Blue to yellow, the same with most colour blindness"),
-        ),
+        items=colormaps.ITEMS,
         default="VIRIDIS",
     )
     heat_range: EnumProperty(

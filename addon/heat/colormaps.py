@@ -5,7 +5,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-# sRGB, two hexadecimal digits a channel. The maps are those of matplotlib, released as CC0.
+# sRGB, two hexadecimal digits a channel. The first three are matplotlib's, released as CC0; Turbo
+# is Anton Mikhailov's, (c) 2019 Google LLC, released under Apache-2.0: sampled here at 33 places.
 STOPS = {
     "VIRIDIS": (
         "440154470d6048186a482374472d7b4537814240863e49893b528b375b8d33638d2f6b8e2c728e297a8e"
@@ -22,13 +23,33 @@ STOPS = {
         "6f70737676767d7c788482798c8878938e789b9476a39a74aba072b4a76fbcae6cc4b468cdbb63d5c25e"
         "dec958e7d150f0d846f9e03afee838"
     ),
+    "TURBO": (
+        "30123b392a734040a24456c7466be34680f64294ff37a8fa28bceb1ccdd818ddc21fe9af32f2984ef97d"
+        "6dfe628bff4ba4fc3cb9f635cdec34dfdf37eecf3af8be39fdac34fe962bfb7e21f46617eb500edf3f08"
+        "d02f05be2102a91601920b017a0403"
+    ),
+    "GREY": "000000ffffff",
 }
+
+ITEMS = (
+    ("VIRIDIS", "Viridis", "Dark blue to yellow, even to the eye"),
+    ("TURBO", "Turbo", "Blue through green to red: strong contrasts, not even to the eye"),
+    ("GREY", "Grey", "Black to white"),
+    ("INFERNO", "Inferno", "Black through red to pale yellow, even to the eye"),
+    ("CIVIDIS", "Cividis", "Blue to yellow, the same with most colour blindness"),
+)
+"""The maps for a property of Blender's: identifier, name, description."""
 
 
 def apply(name: str, values: NDArray[np.floating]) -> NDArray[np.float32]:
     """Colours (..., 3), sRGB in [0, 1], of values; those outside [0, 1] take the end's colour."""
-    stops = np.frombuffer(bytes.fromhex(STOPS[name]), dtype=np.uint8).reshape(-1, 3) / 255
-    position = np.clip(values, 0.0, 1.0) * (len(stops) - 1)
-    low = np.minimum(position.astype(np.intp), len(stops) - 2)
+    colors = stops(name)
+    position = np.clip(values, 0.0, 1.0) * (len(colors) - 1)
+    low = np.minimum(position.astype(np.intp), len(colors) - 2)
     share = (position - low)[..., np.newaxis]
-    return ((1.0 - share) * stops[low] + share * stops[low + 1]).astype(np.float32)
+    return ((1.0 - share) * colors[low] + share * colors[low + 1]).astype(np.float32)
+
+
+def stops(name: str) -> NDArray[np.float64]:
+    """The colours (n, 3) between which a map goes straight, sRGB in [0, 1]."""
+    return np.frombuffer(bytes.fromhex(STOPS[name]), dtype=np.uint8).reshape(-1, 3) / 255
