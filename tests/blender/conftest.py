@@ -39,3 +39,38 @@ def scene(addon) -> Iterator:
     bpy.context.view_layer.update()
     yield scene
     addon.results.last.clear()
+
+
+@pytest.fixture
+def stage(scene, addon):
+    """A cube that mirrors over a floor, lit, read and built; the scene's source."""
+    import viewing
+
+    from addon.inspect import source
+
+    bpy.ops.mesh.primitive_cube_add(size=2)
+    bpy.ops.mesh.primitive_plane_add(size=8, location=(0, 0, -2))
+    bpy.ops.object.light_add(location=(3, -3, 6))
+    source.shared.close()
+    viewing.ready(source.shared)
+    yield source.shared
+    source.shared.close()
+
+
+@pytest.fixture
+def glass(stage, scene):
+    """The cube becomes glass, the floor half a mirror."""
+    import viewing
+
+    for name, inputs in (
+        ("Cube", {"Transmission Weight": 1.0, "Roughness": 0.0}),
+        ("Plane", {"Metallic": 0.5, "Roughness": 0.0}),
+    ):
+        material = bpy.data.materials.new(f"Of {name}")
+        if bpy.app.version < (5, 0):
+            material.use_nodes = True
+        for key, value in inputs.items():
+            material.node_tree.nodes["Principled BSDF"].inputs[key].default_value = value
+        bpy.data.objects[name].data.materials.append(material)
+    viewing.ready(stage)
+    return stage
