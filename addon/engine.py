@@ -3,21 +3,19 @@
 """The render engine that Blender calls."""
 
 import time
-import traceback
 from typing import Any
 
 import bpy
 
-from . import cost, native, passes, properties, results
+from . import cost, faults, native, passes, properties, results
 from .export import camera, scene
+from .faults import RenderError
 from .notes import Notes
 from .progress import Progress
+from .viewport import pulse
+from .viewport.session import Session
 
 LONGEST_WAIT = 0.05  # between two looks at a running job, in seconds
-
-
-class RenderError(RuntimeError):
-    """Something that the engine cannot render; the message says what to change."""
 
 
 class WhittleEngine(bpy.types.RenderEngine):
@@ -29,6 +27,8 @@ class WhittleEngine(bpy.types.RenderEngine):
     bl_use_postprocess = True
     bl_use_eevee_viewport = True
     bl_use_shading_nodes_custom = False
+
+    _session: Session | None = None  # of a viewport's engine
 
     def update_render_passes(
         self, scene: bpy.types.Scene = None, renderlayer: bpy.types.ViewLayer = None
@@ -45,15 +45,25 @@ class WhittleEngine(bpy.types.RenderEngine):
         except BaseException as error:
             fail(self, error)
 
+    def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        if self._session is None:
+            self._session = Session(self)
+        self._session.update(depsgraph)
+
+    def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        if self._session is None:
+            self._session = Session(self)
+        self._session.draw(context, depsgraph)
+
+    def __del__(self) -> None:
+        # Blender calls nothing else when a viewport goes back to another shading.
+        if self._session is not None:
+            self._session.close()
+
 
 def fail(engine: bpy.types.RenderEngine, error: BaseException) -> None:
     """Ends a render without a result, by an error report that says why."""
-    text = str(error) or type(error).__name__
-    if isinstance(error, MemoryError):
-        text = f"Out of memory: {text}"
-    elif not isinstance(error, native.NativeError | RenderError | ValueError):
-        traceback.print_exception(error)
-    engine.report({"ERROR"}, f"Whittle: {text}")
+    engine.report({"ERROR"}, f"Whittle: {faults.explained(error)}")
 
 
 def render_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
@@ -214,4 +224,5 @@ def register() -> None:
 
 
 def unregister() -> None:
+    pulse.unregister()
     bpy.utils.unregister_class(WhittleEngine)

@@ -47,12 +47,14 @@ class WHITTLE_RENDER_PT_sampling(WhittlePanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = _columns(self.layout)
         settings = context.scene.whittle
-        square = settings.samples >= 1 and isqrt(settings.samples) ** 2 == settings.samples
-        column = layout.column()
-        column.alert = not square
-        column.prop(settings, "samples")
-        if not square:
-            column.label(text="A square number: 1, 4, 9, 16, ...", icon="ERROR")
+        for name, text in (("samples", "Render Samples"), ("viewport_samples", "Viewport")):
+            count = getattr(settings, name)
+            square = count >= 1 and isqrt(count) ** 2 == count
+            column = layout.column()
+            column.alert = not square
+            column.prop(settings, name, text=text)
+            if not square:
+                column.label(text="A square number: 1, 4, 9, 16, ...", icon="ERROR")
         layout.prop(settings, "pattern")
         if settings.pattern == "STRATIFIED":
             layout.prop(settings, "seed")

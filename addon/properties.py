@@ -13,6 +13,11 @@ from .heat import colormaps
 # not a value that was quietly changed.
 
 
+def _changed(settings: "WhittleSettings", context: bpy.types.Context) -> None:
+    """Tells the rendered viewports; Blender itself does when a person edits, not when a script."""
+    settings.id_data.update_tag()
+
+
 class WhittleSettings(bpy.types.PropertyGroup):
     """Settings of the Whittle engine, kept in each scene as ``scene.whittle``."""
 
@@ -23,6 +28,14 @@ class WhittleSettings(bpy.types.PropertyGroup):
         soft_min=1,
         soft_max=4096,
     )
+    viewport_samples: IntProperty(
+        name="Viewport Samples",
+        description="Rays per pixel that a 3D viewport ends with: a square number",
+        default=4,
+        soft_min=1,
+        soft_max=1024,
+        update=_changed,
+    )
     pattern: EnumProperty(
         name="Pattern",
         description="Where in the pixel the samples lie",
@@ -31,12 +44,14 @@ class WhittleSettings(bpy.types.PropertyGroup):
             ("STRATIFIED", "Stratified", "A random point in each cell of a grid: a little noise"),
         ),
         default="REGULAR",
+        update=_changed,
     )
     seed: IntProperty(
         name="Seed",
         description="Of the stratified pattern; the same seed gives the same picture",
         default=0,
         soft_min=0,
+        update=_changed,
     )
     max_depth: IntProperty(
         name="Depth",
@@ -44,6 +59,7 @@ class WhittleSettings(bpy.types.PropertyGroup):
         default=8,
         soft_min=0,
         soft_max=64,
+        update=_changed,
     )
     cutoff: FloatProperty(
         name="Cut-off",
@@ -53,6 +69,7 @@ class WhittleSettings(bpy.types.PropertyGroup):
         soft_max=0.1,
         precision=5,
         step=0.01,
+        update=_changed,
     )
     use_ambient: BoolProperty(
         name="Ambient Light",
@@ -61,6 +78,7 @@ class WhittleSettings(bpy.types.PropertyGroup):
             "unless the world is hidden from diffuse rays"
         ),
         default=True,
+        update=_changed,
     )
     mode: EnumProperty(
         name="Traversal",

@@ -25,18 +25,32 @@ class Table:
         self._notes = notes
         self._override = override
         self._index: dict[int, int] = {}
+        self._stale: set[int] = set()
         self._rough: list[str] = []
         self._glowing: list[str] = []
 
     def index(self, material: bpy.types.Material | None) -> int:
         """Row of a material; None is what a slot without one shows."""
         material = self._override or material
-        key = 0 if material is None else material.original.as_pointer()
+        # Not its address, which another material may have later.
+        key = 0 if material is None else material.original.session_uid
         if key not in self._index:
             self._index[key] = len(self.rows)
-            self.rows.append(DEFAULT if material is None else self._row(material))
-            self.names.append("" if material is None else material.name)
-        return self._index[key]
+            self.rows.append({})
+            self.names.append("")
+        elif key not in self._stale:
+            return self._index[key]
+        self._stale.discard(key)
+        index = self._index[key]
+        self.rows[index] = DEFAULT if material is None else self._row(material)
+        self.names[index] = "" if material is None else material.name
+        return index
+
+    def forget(self) -> None:
+        """Reads each material anew when it is next met; it keeps its row."""
+        self._stale = set(self._index)
+        self._rough.clear()
+        self._glowing.clear()
 
     def _row(self, material: bpy.types.Material) -> Row:
         row = finite(f"Material '{material.name}'", self._read(material))

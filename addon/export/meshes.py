@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ..notes import Notes
 from .materials import Table
 
-Key = tuple[int, tuple[int, ...]]
+Key = tuple[int, tuple[int, ...], bytes]
+"""Of a mesh for the core: Blender's mesh, its materials, and where it was squashed flat."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +25,88 @@ class Place:
     instancer: str  # the object that placed it; "": it stands there itself
 
 
+@dataclass(frozen=True)
+class Placed:
+    """What the depsgraph shows in one place, without the mesh's arrays."""
+
+    mesh: Key
+    matrix: NDArray[np.float64]  # (4, 4)
+    visibility: int
+    object_id: int
+    place: Place
+
+
+class Reader:
+    """Reads the instances of a depsgraph, one after the other."""
+
+    def __init__(self, materials: Table, notes: Notes) -> None:
+        self._materials = materials
+        self._notes = notes
+
+    def placed(self, instance: bpy.types.DepsgraphObjectInstance, visibility: int) -> Placed | None:
+        """What an instance shows to the rays of a mask; None: no mesh, or none that can be seen."""
+        ob = instance.object
+        if not len(ob.data.polygons) and not ob.data.is_editmode:
+            return None
+        matrix = np.array(instance.matrix_world, dtype=np.float64)
+        flat = b""
+        # Single precision tells quickly that all is well; numpy is asked where it does not.
+        if not (0.0 < abs(instance.matrix_world.determinant()) < inf):
+            if not np.isfinite(matrix).all():
+                self._notes.add(f"Object '{ob.name}' left out: its place is not a finite number")
+                return None
+            if np.linalg.det(matrix[:3, :3]) == 0.0:
+                if np.linalg.matrix_rank(matrix[:3, :3]) < 2:
+                    self._notes.add(f"Object '{ob.name}' left out: its scale is zero")
+                    return None
+                flat, matrix = matrix.tobytes(), np.eye(4)
+        slots = tuple(self._materials.index(slot.material) for slot in ob.material_slots)
+        return Placed(
+            mesh=(ob.data.as_pointer(), slots, flat),
+            matrix=matrix,
+            visibility=visibility,
+            object_id=ob.pass_index,
+            place=_place(instance),
+        )
+
+    def arrays(
+        self, instance: bpy.types.DepsgraphObjectInstance, placed: Placed
+    ) -> dict[str, Any] | None:
+        """The arguments of Scene.add_mesh for what an instance shows; None: there is no face."""
+        ob = instance.object
+        _, slots, flat = placed.mesh
+        # An object without slots shows the default material.
+        rows = np.array(slots or (self._materials.index(None),), dtype=np.uint32)
+        if not ob.data.is_editmode:
+            data = arrays(ob.data, rows)
+        else:
+            # The mesh under edit has its arrays elsewhere: Blender makes one that has them here.
+            data = arrays(ob.to_mesh(), rows)
+            ob.to_mesh_clear()
+        if data is not None and flat:
+            _squash(data, np.frombuffer(flat).reshape(4, 4))
+        return data
+
+
+def _place(instance: bpy.types.DepsgraphObjectInstance) -> Place:
+    ob, parent = instance.object, instance.parent
+    # Curves and the like come as an instance that is placed by themselves.
+    placed = instance.is_instance and parent is not None and parent.name != ob.name
+    return Place(ob.name, parent.name if placed else "")
+
+
+def _squash(data: dict[str, Any], matrix: NDArray[np.float64]) -> None:
+    """An object squashed flat: no inverse, so its vertices are placed here, not by the core."""
+    positions = data["positions"] @ matrix[:3, :3].T + matrix[:3, 3]
+    data |= {"positions": positions.astype(np.float32), "normals": None}
+
+
 class Meshes:
     """Adds each mesh once for each set of materials, and an instance for each of its places."""
 
     def __init__(self, scene: Any, materials: Table, notes: Notes) -> None:
         self._scene = scene
-        self._materials = materials
-        self._notes = notes
+        self._reader = Reader(materials, notes)
         self._index: dict[Key, int] = {}
         self.users: dict[int, list[str]] = {}
         """Names of the objects that use each native mesh."""
@@ -39,66 +115,29 @@ class Meshes:
 
     def add(self, instance: bpy.types.DepsgraphObjectInstance, visibility: int) -> None:
         """Places the mesh of an instance; visibility is a mask of the core's constants."""
-        ob = instance.object
-        mesh = ob.data
-        if not len(mesh.polygons):
+        placed = self._reader.placed(instance, visibility)
+        if placed is None:
             return
-        matrix = np.array(instance.matrix_world, dtype=np.float64)
-        slots = tuple(self._materials.index(slot.material) for slot in ob.material_slots)
-        # Single precision tells quickly that all is well; numpy is asked where it does not.
-        if not (0.0 < abs(instance.matrix_world.determinant()) < inf):
-            if not np.isfinite(matrix).all():
-                self._notes.add(f"Object '{ob.name}' left out: its place is not a finite number")
+        if placed.mesh not in self._index:
+            data = self._reader.arrays(instance, placed)
+            if data is None:
                 return
-            if np.linalg.det(matrix[:3, :3]) == 0.0:
-                self._add_flat(instance, matrix, slots, visibility)
-                return
-        key = (mesh.as_pointer(), slots)
-        if key not in self._index:
-            self._index[key] = self._scene.add_mesh(**arrays(mesh, self._slots(slots)))
-        self._place(instance, self._index[key], matrix, visibility)
-
-    def _add_flat(
-        self,
-        instance: bpy.types.DepsgraphObjectInstance,
-        matrix: NDArray[np.float64],
-        slots: tuple[int, ...],
-        mask: int,
-    ) -> None:
-        """An object squashed flat: no inverse, so its vertices are placed here, not by the core."""
-        ob = instance.object
-        if np.linalg.matrix_rank(matrix[:3, :3]) < 2:
-            self._notes.add(f"Object '{ob.name}' left out: its scale is zero")
-            return
-        data = arrays(ob.data, self._slots(slots))
-        data["positions"] = data["positions"] @ matrix[:3, :3].T + matrix[:3, 3]
-        data["positions"] = data["positions"].astype(np.float32)
-        data["normals"] = None
-        self._place(instance, self._scene.add_mesh(**data), np.eye(4), mask)
-
-    def _place(
-        self,
-        instance: bpy.types.DepsgraphObjectInstance,
-        index: int,
-        matrix: NDArray[np.float64],
-        visibility: int,
-    ) -> None:
-        ob, parent = instance.object, instance.parent
-        self._scene.add_instance(index, matrix, object_id=ob.pass_index, visibility=visibility)
-        users = self.users.setdefault(index, [])
-        if not users or users[-1] != ob.name:
-            users.append(ob.name)
-        # Curves and the like come as an instance that is placed by themselves.
-        placed = instance.is_instance and parent is not None and parent.name != ob.name
-        self.places.append(Place(ob.name, parent.name if placed else ""))
-
-    def _slots(self, slots: tuple[int, ...]) -> NDArray[np.uint32]:
-        """Material of each slot; an object without slots shows the default one."""
-        return np.array(slots or (self._materials.index(None),), dtype=np.uint32)
+            self._index[placed.mesh] = self._scene.add_mesh(**data)
+        mesh = self._index[placed.mesh]
+        self._scene.add_instance(
+            mesh, placed.matrix, object_id=placed.object_id, visibility=placed.visibility
+        )
+        users = self.users.setdefault(mesh, [])
+        if not users or users[-1] != placed.place.object:
+            users.append(placed.place.object)
+        self.places.append(placed.place)
 
 
-def arrays(mesh: bpy.types.Mesh, slots: NDArray[np.uint32]) -> dict[str, Any]:
-    """The arguments of Scene.add_mesh for a mesh whose material slots are the given materials."""
+def arrays(mesh: bpy.types.Mesh, slots: NDArray[np.uint32]) -> dict[str, Any] | None:
+    """The arguments of Scene.add_mesh for a mesh whose material slots are the given materials;
+    None if it has no face."""
+    if not len(mesh.polygons):
+        return None
     corner_vertices = _column(mesh.attributes[".corner_vert"].data, "value", np.int32)
     corners, faces = _triangulation(mesh)
     triangles = corner_vertices if corners is None else corner_vertices[corners]

@@ -25,56 +25,52 @@ LEFT_OUT = {
 }
 
 
-class Export:
-    """A native scene, ready to be built, and the names behind its meshes."""
+Instance = bpy.types.DepsgraphObjectInstance
+
+
+class Walk:
+    """Goes through a depsgraph's instances: meshes are handed on, lights become rows."""
 
     def __init__(
         self,
         core: ModuleType,
         depsgraph: bpy.types.Depsgraph,
         notes: Notes,
+        meet: Callable[[Instance, int], None],
         report: Callable[[float], bool],
+        shown: Callable[[Instance], bool] = lambda instance: instance.show_self,
     ) -> None:
-        """Reads everything that is rendered. `report` is told the fraction done and may stop it:
-        then core.Cancelled is raised."""
+        """`meet` is called for each mesh, with the mask of the rays that see it. `report` is told
+        the fraction done and may stop the walk: then core.Cancelled is raised."""
         self.core = core
-        self.scene = core.Scene()
         self.notes = notes
-        self._report = report
+        self.lights: list[dict[str, Any]] = []
+        self._meet = meet
         self._layer = depsgraph.view_layer
-        self._lights: list[dict[str, Any]] = []
         self._left_out: dict[str, Counter[str]] = defaultdict(Counter)
-        self.materials = materials.Table(notes, self._layer.material_override)
-        self.meshes = meshes.Meshes(self.scene, self.materials, notes)
-        self._walk(depsgraph)
-        self.scene.set_materials(self.materials.rows)
-        self.scene.set_lights(self._lights)
-        self.scene.set_world(**world.export(depsgraph.scene_eval, notes))
-        self._note_what_was_left_out()
-
-    def _walk(self, depsgraph: bpy.types.Depsgraph) -> None:
         total = max(1, len(depsgraph.object_instances))
         for index, instance in enumerate(depsgraph.object_instances):
-            if not self._report(index / total):
-                raise self.core.Cancelled("The render was cancelled while the scene was read")
-            if instance.show_self:
+            if not report(index / total):
+                raise core.Cancelled("The render was cancelled while the scene was read")
+            if shown(instance):
                 self._add(instance)
+        self._note_what_was_left_out()
 
-    def _add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
+    def _add(self, instance: Instance) -> None:
         ob = instance.object
         if ob.type == "MESH":
             # Curves, text, surfaces and metaballs come a second time as the mesh they make.
-            self.meshes.add(instance, self._visibility(instance))
+            self._meet(instance, self._visibility(instance))
         elif ob.type == "LIGHT":
             row = lights.export(ob, instance.matrix_world, self.notes)
-            self._lights.append(finite(f"Light '{ob.name}'", row))
+            self.lights.append(finite(f"Light '{ob.name}'", row))
         elif ob.type in LEFT_OUT:
             self._left_out[LEFT_OUT[ob.type]][ob.name] += 1
         for system in ob.particle_systems:
             if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
                 self._left_out["hair"][f"{ob.name}: {system.name}"] += 1
 
-    def _visibility(self, instance: bpy.types.DepsgraphObjectInstance) -> int:
+    def _visibility(self, instance: Instance) -> int:
         """Which rays see an instance: what it and whatever placed it both allow."""
         mask = self._object_visibility(instance.object)
         if instance.is_instance and instance.parent is not None:
@@ -101,6 +97,27 @@ class Export:
             count = plural(names.total(), "object")
             drawn = ", Blender draws it over the picture" if kind == GREASE_PENCIL else ""
             self.notes.add(f"Left out {kind}: {count} ({listed(names)}){drawn}")
+
+
+class Export:
+    """A native scene, ready to be built, and the names behind its meshes."""
+
+    def __init__(
+        self,
+        core: ModuleType,
+        depsgraph: bpy.types.Depsgraph,
+        notes: Notes,
+        report: Callable[[float], bool],
+    ) -> None:
+        """Reads everything that is rendered; report as for Walk."""
+        self.scene = core.Scene()
+        self.notes = notes
+        self.materials = materials.Table(notes, depsgraph.view_layer.material_override)
+        self.meshes = meshes.Meshes(self.scene, self.materials, notes)
+        walk = Walk(core, depsgraph, notes, self.meshes.add, report)
+        self.scene.set_materials(self.materials.rows)
+        self.scene.set_lights(walk.lights)
+        self.scene.set_world(**world.export(depsgraph.scene_eval, notes))
         self.materials.note_models()
 
     def note_dropped(self, dropped: list[dict[str, int]]) -> None:

@@ -199,6 +199,24 @@ class Gui:
         subprocess.run(["scrot", "-o", "-a", place, str(path)], check=True)
         return path
 
+    def screen_pixels(self, kind: str = "VIEW_3D") -> Steps:
+        """What the screen shows of an area's region: uint8 as float32 (height, width, 3), row 0 at
+        the bottom. Nothing must lie over it, the pointer included."""
+        yield from self.move(self.window.width - 2, 2)
+        yield from self.redrawn(kind)
+        yield SETTLE
+        image = bpy.data.images.load(str(self.screenshot("screen")))
+        image.colorspace_settings.name = "Non-Color"
+        width, height = image.size
+        pixels = np.empty(width * height * image.channels, dtype=np.float32)
+        image.pixels.foreach_get(pixels)
+        bpy.data.images.remove(image)
+        pixels = pixels.reshape(height, width, -1)[..., :3] * 255
+        region = self.region(kind)
+        return np.rint(
+            pixels[region.y : region.y + region.height, region.x : region.x + region.width]
+        )
+
     def pixels(self, kind: str = "VIEW_3D") -> Steps:
         """What is drawn in a viewport's region: float32 (height, width, 4), row 0 at the bottom.
 

@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The images that a view goes through: small ones at once, then all pixels, then more samples."""
+
+from dataclasses import dataclass
+from itertools import count, takewhile
+from math import isqrt
+
+COARSEST = 4
+"""The first image has at least one pixel for so many of the region's, each way."""
+
+QUICK = 0.02
+"""Seconds that a first image should take: it is as fine as is expected to fit."""
+
+SOON = 0.6
+"""Seconds after which an image of all pixels need not be bridged by one of a quarter of them."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """How fine an image is."""
+
+    reduction: int  # width and height of a pixel in pixels of the region
+    samples: int
+
+
+def size(region: tuple[int, int], level: Level) -> tuple[int, int]:
+    """Width and height of a region's image."""
+    return tuple(-(-pixels // level.reduction) for pixels in region)
+
+
+def levels(pixels: int, pixels_per_second: float | None, samples: int) -> list[Level]:
+    """All images of a region in their order, by the speed that was measured; None: not yet."""
+    if samples < 1 or isqrt(samples) ** 2 != samples:
+        raise ValueError(f"viewport_samples must be a square number (1, 4, 9, ...), not {samples}")
+    first = _first_reduction(pixels, pixels_per_second)
+    coarse = [reduction for reduction in (4, 2, 1) if reduction <= first]
+    if first == 4 and pixels_per_second and pixels <= SOON * pixels_per_second:
+        coarse.remove(2)
+    # Each four times the one before, so that what comes before the last costs a third of it.
+    between = takewhile(lambda n: n < samples, (4**k for k in count(1)))
+    fine = [*between, *(() if samples == 1 else (samples,))]
+    return [Level(reduction, 1) for reduction in coarse] + [Level(1, n) for n in fine]
+
+
+def _first_reduction(pixels: int, pixels_per_second: float | None) -> int:
+    """Of the finest first image that is quick."""
+    reduction = 1
+    while reduction < COARSEST:
+        if pixels_per_second and pixels / reduction**2 <= QUICK * pixels_per_second:
+            break
+        reduction *= 2
+    return reduction

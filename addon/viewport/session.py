@@ -1,0 +1,238 @@
+# SPDX-FileCopyrightText: 2026 The Whittle Authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One 3D viewport in rendered shading: it follows the scene, the view and the settings."""
+
+import time
+import weakref
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+
+from .. import faults, native, properties
+from ..export.live import Change, Live
+from ..export.scene import Instance
+from . import camera, pulse
+from .builder import Build
+from .levels import Level
+from .picture import Picture
+from .tracer import Image, Tracer, View
+
+PATIENCE = 0.08
+"""Seconds that a redraw may wait for a first image or a small build, so that what is seen keeps up
+with the mouse; whatever takes longer is looked for by the pulse."""
+
+BETWEEN_TEXTS = 0.5  # seconds
+
+
+@dataclass(frozen=True)
+class Frame:
+    """An image that was shown, with times in seconds."""
+
+    level: Level
+    asked: float  # time.perf_counter when a redraw first asked for this view
+    latency: float  # from then until it was drawn
+
+
+class Session:
+    """What a viewport's engine keeps between redraws. All of it runs on Blender's main thread."""
+
+    def __init__(self, engine: bpy.types.RenderEngine) -> None:
+        self._engine = weakref.ref(engine)
+        self._live: Live | None = None
+        self._tracer, self._picture = Tracer(), Picture()
+        self._build: Build | None = None
+        self._changed = True  # the depsgraph, since it was last synced
+        self._announced = False  # that the scene is about to be read
+        self._local = (False, False)
+        self._built = False
+        self._state = 0  # counts what View.scene tells apart
+        self._shown: Image | None = None
+        self._error: str | None = None
+        self._failed: View | None = None  # what the error came of
+        self._text, self._next_text = "", 0.0
+        self.build_stats: dict[str, Any] = {}
+        """Of the last build, as Scene.build gives them."""
+        self.frames: deque[Frame] = deque(maxlen=512)
+        """The images shown, newest last."""
+        pulse.add(self)
+
+    def update(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Blender says that data changed."""
+        if self._live is not None:
+            self._live.mark(depsgraph)
+        self._changed = True
+
+    def draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Draws the region with what there is of its picture, and sees that more comes."""
+        try:
+            self._advance(context, depsgraph)
+        except BaseException as error:
+            self._error = faults.explained(error)
+            self._tracer.stop()
+            self._tracer.image = None
+        image = self._tracer.image
+        if image is None:
+            return
+        self._picture.draw(image, context.region.width, context.region.height)
+        if image is not self._shown:
+            self._shown = image
+            latency = time.perf_counter() - image.asked
+            self.frames.append(Frame(image.level, image.asked, latency))
+
+    def at_rest(self) -> bool:
+        """Whether all that was asked for is shown, or an error says why it is not."""
+        if self._changed or self._build is not None or self._tracer.busy():
+            return False
+        return self._error is not None or self._tracer.image is self._shown
+
+    def close(self) -> None:
+        """Ends all work; the session is of no use afterwards."""
+        pulse.remove(self)
+        if self._build is not None:
+            self._build.cancel()
+        self._tracer.stop()
+
+    # ---- Following ----
+
+    def _advance(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        self._follow_local_view(context.space_data)
+        if self._build is not None:
+            self._finish_build()
+        if self._changed and self._build is None:
+            if self._live is None and not self._announced:
+                self._announced = True  # drawn before the window stands still for it
+                self._tell(self._engine())
+                return
+            self._sync(context.space_data, depsgraph)
+        if self._build is None and self._built:
+            self._trace(context, depsgraph.scene_eval)
+
+    def _trace(self, context: bpy.types.Context, scene: bpy.types.Scene) -> None:
+        view = self._view(context, scene)
+        if view is None or view == self._failed:
+            return
+        self._failed = view  # until all has gone well: it is not tried again and again
+        if self._tracer.show(self._live.scene, view):
+            self._error = None
+        self._tracer.poll()
+        image = self._tracer.image
+        if image is None or image.view != view:
+            self._tracer.wait(PATIENCE)
+        self._failed = None
+
+    def _follow_local_view(self, space: bpy.types.SpaceView3D) -> None:
+        """Blender tells nobody that the local view was entered or left."""
+        local = (space.local_view is not None, space.use_local_collections)
+        if local != self._local:
+            self._local, self._changed = local, True
+
+    def _sync(self, space: bpy.types.SpaceView3D, depsgraph: bpy.types.Depsgraph) -> None:
+        self._changed, self._error, self._failed = False, None, None
+        if self._live is None:
+            self._live = Live(native.load())
+        try:
+            shown = _shown_in(space, any(self._local))
+            change = self._live.sync(depsgraph, shown=shown, release=self._tracer.stop)
+        except BaseException:
+            self._built = False
+            raise
+        if change == Change.NONE:
+            return
+        self._state += 1
+        if change == Change.GEOMETRY:
+            self._start_build(depsgraph.scene_eval)
+
+    def _start_build(self, scene: bpy.types.Scene) -> None:
+        self._built = False
+        options = {"threads": properties.threads(scene), "bins": scene.whittle.bins}
+        if hasattr(self._live.core.Scene, "set_transform"):
+            options["by_instance"] = True
+        self._build = Build(self._live.scene, **options)
+        if self._build.ended(PATIENCE):
+            self._finish_build()
+
+    def _finish_build(self) -> None:
+        if not self._build.ended():
+            return
+        build, self._build = self._build, None
+        self.build_stats = build.result()
+        self._built = True
+
+    def _view(self, context: bpy.types.Context, scene: bpy.types.Scene) -> View | None:
+        """What the region shows; None: not a pixel."""
+        space, region, view = context.space_data, context.region, context.region_data
+        part = camera.part(scene, space, region, view)
+        if part[2] <= part[0] or part[3] <= part[1]:
+            return None
+        eye = camera.eye(space, view)
+        settings = properties.core_settings(scene, [])
+        del settings["passes"], settings["samples"]
+        return View(
+            to_world=eye.to_world.tobytes(),
+            projection=eye.projection.tobytes(),
+            clip=eye.clip,
+            size=(region.width, region.height),
+            part=part,
+            samples=scene.whittle.viewport_samples,
+            settings=tuple(settings.items()),
+            scene=self._state,
+        )
+
+    # ---- Telling ----
+
+    def tick(self) -> bool:
+        """The pulse's look at the work: asks for a redraw where there is news. False: it is over,
+        Blender has freed the engine."""
+        engine = self._engine()
+        try:
+            if engine is None:
+                raise ReferenceError
+            if self._tracer.ready() or (self._build is not None and self._build.ended()):
+                engine.tag_redraw()
+            self._tell(engine)
+        except ReferenceError:
+            self.close()
+            return False
+        return True
+
+    def _tell(self, engine: bpy.types.RenderEngine) -> None:
+        """Keeps the line of text in the viewport up to date, a few times a second."""
+        now, text = time.perf_counter(), self._status()
+        if text == self._text or now < self._next_text:
+            return
+        self._text, self._next_text = text, now + BETWEEN_TEXTS
+        engine.update_stats("Whittle", text)
+        engine.tag_redraw()
+
+    def _status(self) -> str:
+        if self._error is not None:
+            return self._error
+        if self._live is None:
+            return "Reading the scene"
+        if self._build is not None:
+            return f"Building the BVH: {self._build.fraction:.0%}"
+        return _samples(self._tracer)
+
+
+def _samples(tracer: Tracer) -> str:
+    """How fine the image is, and what comes."""
+    image, work = tracer.image, tracer.progress()
+    if image is None or image.level.reduction > 1:
+        return "Tracing"
+    done = f"{image.level.samples} of {image.view.samples} samples"
+    return done if work is None else f"{done}, the next: {work[1]:.0%}"
+
+
+def _shown_in(space: bpy.types.SpaceView3D, local: bool) -> Callable[[Instance], bool]:
+    """Which instances a viewport shows. Lights shine into a local view from outside."""
+
+    def shown(instance: Instance) -> bool:
+        if not local or not instance.show_self or instance.object.type == "LIGHT":
+            return instance.show_self
+        owner = instance.parent if instance.is_instance and instance.parent else instance.object
+        return owner.original.visible_in_viewport_get(space)
+
+    return shown
