@@ -85,12 +85,6 @@ class Live:
         self._release = release
         try:
             return self._sync(depsgraph, report, shown)
-        except AttributeError:
-            if hasattr(self.core.Scene, "set_transform"):
-                self.restart()
-                raise
-            self.restart()
-            return self._sync(depsgraph, report, shown)
         except BaseException:
             self.restart()
             raise

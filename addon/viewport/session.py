@@ -147,10 +147,12 @@ class Session:
 
     def _start_build(self, scene: bpy.types.Scene) -> None:
         self._built = False
-        options = {"threads": properties.threads(scene), "bins": scene.whittle.bins}
-        if hasattr(self._live.core.Scene, "set_transform"):
-            options["by_instance"] = True
-        self._build = Build(self._live.scene, **options)
+        self._build = Build(
+            self._live.scene,
+            threads=properties.threads(scene),
+            bins=scene.whittle.bins,
+            by_instance=True,
+        )
         if self._build.ended(PATIENCE):
             self._finish_build()
 
