@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A native scene that follows a depsgraph: what changed is exported again, and nothing else."""
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
@@ -58,7 +59,8 @@ class Live:
         self.materials: materials.Table | None = None
         self._held: dict[Identity, Held] = {}
         self._meshes: dict[Key, int] = {}
-        self._spare: list[int] = []
+        self._digests: dict[int, bytes] = {}  # of all meshes that the native scene has
+        self._spare: set[int] = set()
         self._moved: set[int] = set()
         self._shading = True
         self._look: tuple[Any, ...] = ()
@@ -142,23 +144,40 @@ class Live:
         return Change.GEOMETRY if any(changed) else Change.NONE
 
     def _take_meshes(self, census: "Census") -> bool:
-        """Gives the core the arrays that were read, in the place of meshes that nothing shows now
-        where there are such."""
+        """Gives the core the arrays that it does not have, in the place of meshes that nothing
+        shows now where there are such. Whether there were any."""
         used = {placed.mesh for placed in census.found.values()}
         for key in self._meshes.keys() - used:
-            self._spare.append(self._meshes.pop(key))
+            del self._meshes[key]
+        fresh = self._unknown(census)
+        self._spare = self._digests.keys() - set(self._meshes.values())
+        changed = bool(fresh)
         for identity, placed in census.found.items():
-            data = census.arrays.pop(placed.mesh, None)
-            if data is not None:
-                self._meshes[placed.mesh] = self._store(data, self._target(identity, placed.mesh))
-                census.stored += 1
-        return census.stored > 0
+            if placed.mesh in fresh:
+                data, digest = fresh.pop(placed.mesh)
+                mesh = self._store(data, self._target(identity, placed.mesh))
+                self._meshes[placed.mesh], self._digests[mesh] = mesh, digest
+        return changed
+
+    def _unknown(self, census: "Census") -> dict[Key, tuple[dict[str, Any], bytes]]:
+        """What was read and the core does not have, with digests. Blender also tells of changes
+        where there are none, such as in the mesh that a new object shares with others."""
+        have = {digest: mesh for mesh, digest in self._digests.items()}
+        fresh = {}
+        for key, data in census.arrays.items():
+            digest = _digest(data)
+            if digest in have:
+                self._meshes[key] = have[digest]
+            else:
+                fresh[key] = (data, digest)
+        return fresh
 
     def _target(self, identity: Identity, key: Key) -> int | None:
-        """The native mesh to replace: this one's own, best the one that the object had before."""
-        if key in self._meshes:
-            return self._meshes[key]
-        held = self._held.get(identity)
+        """The native mesh to replace: this one's own unless others show it, else a spare one, best
+        that which the object had before."""
+        own, held = self._meshes.get(key), self._held.get(identity)
+        if own is not None and list(self._meshes.values()).count(own) == 1:
+            return own
         if held is not None and held.mesh in self._spare:
             self._spare.remove(held.mesh)
             return held.mesh
@@ -213,7 +232,6 @@ class Census:
         self._fresh: set[Key] = set()
         self.found: dict[Identity, Placed] = {}
         self.arrays: dict[Key, dict[str, Any]] = {}
-        self.stored = 0
 
     def meet(self, instance: Instance, visibility: int) -> None:
         placed = self._reader.placed(instance, visibility)
@@ -250,3 +268,13 @@ def _identity(instance: Instance) -> Identity:
         return (own,)
     parent = instance.parent.original.session_uid if instance.parent is not None else 0
     return (own, parent, *instance.persistent_id)
+
+
+def _digest(data: dict[str, Any]) -> bytes:
+    """Tells arrays apart, by their shapes too."""
+    total = hashlib.blake2b(digest_size=16)
+    for name, values in data.items():
+        if values is not None:
+            total.update(f"{name} {values.shape}".encode())
+            total.update(values.data if values.flags.c_contiguous else values.tobytes())
+    return total.digest()

@@ -72,7 +72,7 @@ class Follower:
         graph = bpy.context.evaluated_depsgraph_get()
         size = (64, 40)
         view = camera.export(graph, bpy.context.scene.camera, size, (0, 0, *size), Notes())
-        live.scene.build(threads=1)
+        live.scene.build(threads=1, by_instance=live is self.live)
         return live.scene.render(view, {"samples": 1, "threads": 1})["combined"]
 
 
