@@ -3,6 +3,7 @@
 """The native module, imported when it is first needed."""
 
 import importlib
+import importlib.metadata
 import importlib.util
 from types import ModuleType
 
@@ -28,12 +29,24 @@ def load() -> ModuleType:
         _problem = f"{_file()} could not be loaded: {type(error).__name__}: {error}"
         raise NativeError(_problem) from error
     if module.__version__ != VERSION:
-        _problem = (
-            f"{_file()} has version {module.__version__} and the add-on {VERSION}: restart Blender"
-        )
+        _problem = _mismatch(module.__version__)
         raise NativeError(_problem)
     _problem = None
     return module
+
+
+def _mismatch(loaded: str) -> str:
+    """Why a library of another version is loaded, and what to do."""
+    try:
+        installed = importlib.metadata.version(MODULE)
+    except importlib.metadata.PackageNotFoundError:
+        installed = None
+    if installed == VERSION:
+        return (
+            f"Whittle was updated to {VERSION} while version {loaded} of its library was in use: "
+            "the new library takes effect at the next start of Blender"
+        )
+    return f"{_file()} has version {loaded} and the add-on {VERSION}: restart Blender"
 
 
 def problem() -> str | None:

@@ -35,7 +35,7 @@ class Run:
 
     def __init__(self, test_file: Path, folder: Path, extension: Path, names: list[str]) -> None:
         self.test_file, self.extension, self.names = test_file, extension, names
-        self.gui = window.Gui(folder)
+        self.gui = window.Gui(folder, extension)
         self.report: dict[str, Any] = {"blender": bpy.app.version_string, "tests": {}}
         self.deadline = time.monotonic() + LONGEST
         self.steps = self._all()

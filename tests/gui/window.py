@@ -33,8 +33,9 @@ KEYS = {"F12": "96", "ESC": "Escape", "TAB": "Tab"}
 class Gui:
     """The first window of Blender. Coordinates are pixels of it, from the lower left corner."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, extension: Path) -> None:
         self.folder = folder
+        self.extension = extension
         self.printed: list[str] = []
 
     # ---- What is there ----
