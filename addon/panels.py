@@ -47,7 +47,7 @@ class WHITTLE_RENDER_PT_sampling(WhittlePanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = _columns(self.layout)
         settings = context.scene.whittle
-        for name, text in (("samples", "Render Samples"), ("viewport_samples", "Viewport")):
+        for name, text in (("samples", "Render"), ("viewport_samples", "Viewport")):
             count = getattr(settings, name)
             square = count >= 1 and isqrt(count) ** 2 == count
             column = layout.column()
@@ -204,12 +204,20 @@ def _table(layout: bpy.types.UILayout, rows: list[tuple[str, str]]) -> None:
         values.label(text=value)
 
 
+def _letters() -> int:
+    """About how many letters a label has room for in the panel that is drawn."""
+    region, system = bpy.context.region, bpy.context.preferences.system
+    if region is None:
+        return 44
+    return max(20, int((region.width / system.ui_scale - 40) / 6.5))
+
+
 def wrapped(layout: bpy.types.UILayout, text: str, icon: str = "NONE") -> None:
     """A long line as several short labels; Blender itself cuts what does not fit."""
     column = layout.column(align=True)
-    line = ""
+    line, letters = "", _letters()
     for word in text.split(" "):
-        if line and len(line) + len(word) >= 44:
+        if line and len(line) + len(word) >= letters:
             column.label(text=line, icon=icon)
             line, icon = "", "BLANK1" if icon != "NONE" else icon
         line = f"{line} {word}".strip()

@@ -24,7 +24,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 OUT = ROOT / "build" / "gui"
-START, EACH = 120, 160  # seconds: for Blender to start, and for each test
+START, EACH = 120, 310  # seconds: for Blender to start, and for each test
 WINDOW = ("--window-geometry", "0", "0", "1280", "800")
 NOT_RUN = "NOT RUN: no Blender with a window: make gui-test BLENDER=path"
 

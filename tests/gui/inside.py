@@ -26,7 +26,7 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import window  # noqa: E402
 
-LONGEST = 150.0  #: seconds for a test, unless its function has the attribute `seconds`
+LONGEST = 300.0  #: seconds for a test, unless its function has the attribute `seconds`
 TOOLS = ("xdotool", "scrot")
 
 

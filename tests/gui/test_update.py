@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Whittle Authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extension is updated while Blender runs: its library waits for the next start, and says so."""
+"""The extension is updated while Blender runs: its library waits for the next start."""
 
 import io
 import subprocess

@@ -24,7 +24,7 @@ def at_rest(gui: Gui) -> Steps:
     def done():
         return sessions(gui) and all(one.at_rest() for one in sessions(gui))
 
-    yield from gui.until(done, "the viewport comes to rest")
+    yield from gui.until(done, "the viewport comes to rest", timeout=180.0)
     yield 0.4  # its text follows
     assert len(sessions(gui)) == 1
     return sessions(gui)[0]
@@ -289,16 +289,37 @@ def test_disabled_while_it_draws(gui: Gui):
 # ---- The demo ----
 
 
-def demo(gui: Gui) -> Steps:
-    """The demo scene from where its camera stands, in a viewport that fills the window; gives the
-    session."""
+def demo_beside_the_panels(gui: Gui) -> Steps:
+    """The demo scene from where its camera stands, in solid shading."""
     yield from gui.fresh()
     for ob in list(bpy.data.objects):
         bpy.data.objects.remove(ob)
     bpy.ops.whittle.demo_scene()
+    view = gui.space().region_3d
+    view.view_matrix = gui.scene.camera.matrix_world.normalized().inverted()
+
+
+def test_the_picture_of_the_guide(gui: Gui):
+    """docs/pictures/viewport.png is this test's guide.png."""
+    yield from demo_beside_the_panels(gui)
+    gui.scene.whittle.viewport_samples = 4
+    gui.space().overlay.show_floor = gui.space().overlay.show_extras = False
+    gui.space().region_3d.view_distance *= 0.8
+    yield from gui.show_properties("RENDER")
+    yield from gui.shade("RENDERED")
+    session = yield from at_rest(gui)
+    gui.screenshot("guide")
+    assert session._text == "4 of 4 samples"
+    seen, image = (yield from gui.screen_pixels()), session._tracer.image.pixels
+    shown = np.abs(seen - srgb(image[..., :3]) * 255).max(axis=2) <= 1.5
+    assert shown.mean() > 0.9, "text and tools cover little of it"
+
+
+def demo(gui: Gui) -> Steps:
+    """The demo scene in a viewport that fills the window; gives the session."""
+    yield from demo_beside_the_panels(gui)
     gui.scene.whittle.viewport_samples = 1
     space = gui.space()
-    space.region_3d.view_matrix = gui.scene.camera.matrix_world.normalized().inverted()
     # Without overlays Blender does not draw the geometry as well, which software OpenGL does with
     # the very processors that trace.
     space.overlay.show_overlays = False
