@@ -31,7 +31,7 @@ VIEW = perspective(48, 32, (3.0, -7.0, 2.5), (0, 0, 0), half_width=0.6)
 
 #: Coplanar ones, which tie; some that lose triangles or have none; one of a single leaf.
 MESHES: dict[str, Mesh] = {
-    "sphere": meshes.icosphere(2),
+    "sphere": meshes.icosphere(3),
     "boxes": meshes.boxes(20),
     "sheets": meshes.coplanar_duplicates(2, 6),
     "one": meshes.soup(np.array([[[0, 0, 0], [1, 0.3, 0], [0, 1, 0.2]]])),

@@ -57,11 +57,12 @@ static whittle_status lead_whole(build *b) {
   const whittle_bvh_options options = tree_options(b);
   const world_bounds bounds = whittle_flat_bounds(&b->team, b->scene, &b->flat);
   b->flat.frame = whittle_frame_of(&bounds);
-  const whittle_status status = whittle_flatten(&b->team, b->scene, &b->flat, &b->error);
+  whittle_status status = whittle_flatten(&b->team, b->scene, &b->flat, &b->error);
   if (status != WHITTLE_OK || whittle_cancelled(b->team.state))
     return status;
   b->flattened = whittle_seconds();
-  return whittle_grow(&b->team, b->scene, &b->flat, &options, &b->grown, &b->error);
+  status = whittle_grow(&b->team, b->scene, &b->flat, &options, &b->grown, &b->error);
+  return status == WHITTLE_OK ? whittle_grow_wide(&b->grown, b->team.state, &b->error) : status;
 }
 
 static void work(void *context, uint32_t worker, whittle_run_state *state) {

@@ -21,8 +21,13 @@ whittle_status whittle_grow(whittle_team *team, const whittle_scene *scene, flat
     return status;
   grown->record_count = (size_t)flat->count;
   grown->records = whittle_flat_records(team, scene, flat);
-  grown->wide = whittle_bvh_widen(grown->bvh.nodes, grown->bvh.node_count, team->state,
-                                  &grown->wide_count, error);
+  return WHITTLE_OK;
+}
+
+whittle_status whittle_grow_wide(grown_tree *grown, whittle_run_state *state,
+                                 whittle_error *error) {
+  grown->wide =
+      whittle_bvh_widen(grown->bvh.nodes, grown->bvh.node_count, state, &grown->wide_count, error);
   return grown->wide ? WHITTLE_OK : WHITTLE_OUT_OF_MEMORY;
 }
 

@@ -21,6 +21,9 @@ typedef struct grown_tree {
 whittle_status whittle_grow(whittle_team *team, const whittle_scene *scene, flat_scene *flat,
                             const whittle_bvh_options *options, grown_tree *grown,
                             whittle_error *error);
+
+/* Adds the wide tree. */
+whittle_status whittle_grow_wide(grown_tree *grown, whittle_run_state *state, whittle_error *error);
 void whittle_grown_free(grown_tree *grown);
 
 /* How many units flattening and growing add to the run's `done`. */

@@ -14,6 +14,7 @@ void whittle_subtrees_free(scene_subtrees *subtrees) {
     return;
   whittle_release(subtrees->list);
   whittle_release(subtrees->order);
+  whittle_release(subtrees->pieces);
   whittle_release(subtrees);
 }
 
@@ -83,7 +84,7 @@ whittle_status whittle_subtrees_begin(subtrees_build *p, const whittle_scene *sc
 
 void whittle_subtrees_end(subtrees_build *p) {
   for (uint32_t k = 0; p->grown && k < p->changed_count; k++)
-    whittle_grown_free(&p->grown[k]);
+    whittle_grown_subtree_free(&p->grown[k]);
   whittle_release(p->grown);
   whittle_release(p->changed);
   whittle_release(p->news);

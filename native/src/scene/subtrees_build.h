@@ -17,6 +17,12 @@ typedef struct scene_arrays {
   size_t node_count, wide_count, triangle_count;
 } scene_arrays;
 
+/* A subtree that was made anew. Its nodes are those below its pieces, and number from 0. */
+typedef struct grown_subtree {
+  grown_tree tree;
+  subtree_piece *pieces;
+} grown_subtree;
+
 typedef struct subtrees_build {
   const whittle_scene *scene;
   whittle_team *team;
@@ -24,8 +30,8 @@ typedef struct subtrees_build {
   scene_subtrees *next;
   uint32_t *changed; /* instances that get a new subtree, ascending */
   uint32_t changed_count, live;
-  uint32_t *news;    /* by instance: its place in `changed`, or NO_SUBTREE */
-  grown_tree *grown; /* of the changed ones, in their order */
+  uint32_t *news;       /* by instance: its place in `changed`, or NO_SUBTREE */
+  grown_subtree *grown; /* of the changed ones, in their order */
   top_tree top;
   whittle_bvh summary; /* of the whole, without nodes */
   scene_arrays made;
@@ -43,6 +49,12 @@ whittle_status whittle_subtrees_lead(subtrees_build *p, whittle_team *team, whit
 /* Leaves the old arrays, if they were replaced, to be released with the build. */
 void whittle_subtrees_commit(subtrees_build *p, whittle_scene *scene);
 void whittle_subtrees_end(subtrees_build *p);
+
+void whittle_grown_subtree_free(grown_subtree *grown);
+
+/* Finds the pieces of a subtree, of which `to` knows the number of triangles, and widens them. */
+whittle_status whittle_subtree_open(grown_subtree *own, subtree *to, float traversal_cost,
+                                    whittle_run_state *state, whittle_error *error);
 
 /* The steps. */
 whittle_status whittle_subtrees_bound(subtrees_build *p);

@@ -11,6 +11,12 @@
 /* Triangles from which on a subtree keeps a team busy, and small subtrees taken at a time. */
 enum { LARGE = 16384, GRAIN = 4 };
 
+void whittle_grown_subtree_free(grown_subtree *grown) {
+  whittle_grown_free(&grown->tree);
+  whittle_release(grown->pieces);
+  grown->pieces = NULL;
+}
+
 typedef whittle_status subtree_work(subtrees_build *p, whittle_team *team, uint32_t k,
                                     whittle_error *error);
 
@@ -81,37 +87,24 @@ whittle_status whittle_subtrees_bound(subtrees_build *p) {
   return work_on_changed(p, bound);
 }
 
-/* Subtrees of a single leaf need no wide node: a leaf can be anyone's child. */
-static void describe(subtree *to, const flat_scene *flat, const grown_tree *grown) {
-  to->dropped_non_finite = flat->drops[0].non_finite;
-  to->dropped_zero_area = flat->drops[0].zero_area;
-  to->triangles = (uint32_t)grown->record_count;
-  to->nodes = to->wides = 0;
-  to->cost = 0.0;
-  if (to->triangles == 0)
-    return;
-  const whittle_bvh *bvh = &grown->bvh;
-  to->root = bvh->nodes[0];
-  to->nodes = bvh->node_count - 1;
-  to->wides = to->root.count || to->triangles <= WHITTLE_WIDE_LEAF ? 0 : grown->wide_count;
-  to->leaves = bvh->leaves;
-  to->depth = bvh->depth;
-  to->largest_leaf = bvh->largest_leaf;
-  to->cost = bvh->cost;
-}
-
 static whittle_status grow(subtrees_build *p, whittle_team *team, uint32_t k,
                            whittle_error *error) {
   const uint32_t i = p->changed[k];
+  subtree *to = &p->next->list[i];
+  grown_subtree *own = &p->grown[k];
   flat_scene flat;
   whittle_status status = whittle_flat_begin(p->scene, i, 1, &flat, error);
   flat.frame = p->next->frame;
   if (status == WHITTLE_OK)
     status = whittle_flatten(team, p->scene, &flat, error);
   if (status == WHITTLE_OK && !whittle_cancelled(team->state))
-    status = whittle_grow(team, p->scene, &flat, &p->next->options, &p->grown[k], error);
-  if (status == WHITTLE_OK && !whittle_cancelled(team->state))
-    describe(&p->next->list[i], &flat, &p->grown[k]);
+    status = whittle_grow(team, p->scene, &flat, &p->next->options, &own->tree, error);
+  if (status == WHITTLE_OK && !whittle_cancelled(team->state)) {
+    to->dropped_non_finite = flat.drops[0].non_finite;
+    to->dropped_zero_area = flat.drops[0].zero_area;
+    to->triangles = (uint32_t)own->tree.record_count;
+    status = whittle_subtree_open(own, to, p->next->options.traversal_cost, team->state, error);
+  }
   whittle_flat_free(&flat);
   return status;
 }

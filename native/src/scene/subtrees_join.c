@@ -73,10 +73,10 @@ static void move_subtree(whittle_team *team, const subtree *what, moving *m, sub
 }
 
 static void move_new(whittle_team *team, subtrees_build *p, uint32_t i) {
-  grown_tree *grown = &p->grown[p->news[i]];
-  moving m = {.nodes = grown->bvh.nodes + 1, .wide = grown->wide, .triangles = grown->records};
-  move_subtree(team, &p->next->list[i], &m, (subtree_place){.node = 1}, &p->made);
-  whittle_grown_free(grown);
+  grown_tree *tree = &p->grown[p->news[i]].tree;
+  moving m = {.nodes = tree->bvh.nodes, .wide = tree->wide, .triangles = tree->records};
+  move_subtree(team, &p->next->list[i], &m, (subtree_place){0}, &p->made);
+  whittle_grown_free(tree);
 }
 
 static void move_kept(whittle_team *team, subtrees_build *p, uint32_t i) {
@@ -90,25 +90,51 @@ static void move_kept(whittle_team *team, subtrees_build *p, uint32_t i) {
   move_subtree(team, &p->next->list[i], &m, from, &p->made);
 }
 
-/* ---- The tree over the subtrees ---- */
+/* ---- The tree over their pieces ---- */
+
+/* The pieces of all subtrees, kept or new, in the order of the instances. */
+static whittle_status gather_pieces(subtrees_build *p, whittle_error *error) {
+  scene_subtrees *next = p->next;
+  uint32_t count = 0;
+  for (size_t i = 0; i < next->count; i++)
+    count += next->list[i].pieces;
+  next->pieces = whittle_allocate(count, sizeof *next->pieces);
+  if (!next->pieces)
+    return whittle_out_of_memory(error, "the pieces of the subtrees");
+  for (size_t i = 0; i < next->count; i++) {
+    subtree *each = &next->list[i];
+    const subtree_piece *from = p->news[i] != NO_SUBTREE ? p->grown[p->news[i]].pieces
+                                : each->pieces ? p->scene->subtrees->pieces + each->first_piece
+                                               : NULL;
+    if (each->pieces)
+      memcpy(&next->pieces[next->piece_count], from, each->pieces * sizeof *from);
+    each->first_piece = next->piece_count;
+    next->piece_count += each->pieces;
+  }
+  return WHITTLE_OK;
+}
+
+static void set_fragment(whittle_fragment *fragment, const whittle_node *box, size_t instance,
+                         uint32_t piece) {
+  memcpy(fragment->lo, box->bounds_min, sizeof fragment->lo);
+  memcpy(fragment->hi, box->bounds_max, sizeof fragment->hi);
+  fragment->instance = (uint32_t)instance;
+  fragment->triangle = piece;
+}
 
 static whittle_status build_top(subtrees_build *p, whittle_error *error) {
   scene_subtrees *next = p->next;
-  uint32_t count = 0, deepest = 0;
-  whittle_status status = whittle_top_begin(&p->top, next->used, error);
+  uint32_t deepest = 0;
+  whittle_status status = whittle_top_begin(&p->top, next->piece_count, error);
   if (status != WHITTLE_OK)
     return status;
-  for (size_t i = 0; i < next->count; i++) {
-    const subtree *each = &next->list[i];
-    if (each->triangles == 0)
-      continue;
-    whittle_fragment *fragment = &p->top.fragments[count++];
-    memcpy(fragment->lo, each->root.bounds_min, sizeof fragment->lo);
-    memcpy(fragment->hi, each->root.bounds_max, sizeof fragment->hi);
-    fragment->instance = (uint32_t)i;
-    fragment->triangle = 0;
-    deepest = each->depth > deepest ? each->depth : deepest;
-  }
+  for (size_t i = 0; i < next->count; i++)
+    for (uint32_t k = 0; k < next->list[i].pieces; k++) {
+      const uint32_t piece = next->list[i].first_piece + k;
+      set_fragment(&p->top.fragments[piece], &next->pieces[piece].root, i, piece);
+      if (next->pieces[piece].depth > deepest)
+        deepest = next->pieces[piece].depth;
+    }
   whittle_bvh_options options = next->options;
   options.max_leaf = 1;
   options.max_depth = WHITTLE_MAX_DEPTH - deepest;
@@ -119,13 +145,17 @@ static const subtree *subtree_of(const subtrees_build *p, uint32_t position) {
   return &p->next->list[p->top.fragments[position].instance];
 }
 
+static const subtree_piece *piece_of(const subtrees_build *p, uint32_t position) {
+  return &p->next->pieces[p->top.fragments[position].triangle];
+}
+
 static void put_top_nodes(const subtrees_build *p) {
   for (uint32_t i = 0; i < p->top.bvh.node_count; i++) {
     whittle_node node = p->top.bvh.nodes[i];
     if (node.count) {
       const subtree *below = subtree_of(p, node.left_first);
-      node = below->root;
-      node.left_first += node.count ? below->at.triangle : below->at.node - 1;
+      node = piece_of(p, node.left_first)->root;
+      node.left_first += node.count ? below->at.triangle : below->at.node;
     }
     p->made.nodes[i] = node;
   }
@@ -137,14 +167,16 @@ static void put_top_wide(const subtrees_build *p) {
     for (int k = 0; k < WHITTLE_WIDTH; k++) {
       if (wide.count[k] != 1)
         continue;
-      const subtree *below = subtree_of(p, wide.child[k]);
-      wide.child[k] = below->wides ? below->at.wide : below->at.triangle;
-      wide.count[k] = below->wides ? 0 : below->triangles;
+      const subtree_place at = subtree_of(p, wide.child[k])->at;
+      const subtree_piece *piece = piece_of(p, wide.child[k]);
+      wide.child[k] =
+          piece->wides ? at.wide + piece->first_wide : at.triangle + piece->first_triangle;
+      wide.count[k] = piece->wides ? 0 : piece->triangles;
     }
     p->made.wide[i] = wide;
   }
-  /* Over a single subtree there is nothing to choose. */
-  if (p->top.count == 1 && subtree_of(p, 0)->wides)
+  /* Over a single piece there is nothing to choose. */
+  if (p->top.count == 1 && piece_of(p, 0)->wides)
     p->made.wide[0] = p->made.wide[subtree_of(p, 0)->at.wide];
 }
 
@@ -168,7 +200,7 @@ static whittle_status find_depth(subtrees_build *p, whittle_error *error) {
       depths[node->left_first] = depths[node->left_first + 1] = (uint8_t)(depths[i] + 1);
       continue;
     }
-    const uint32_t depth = depths[i] + subtree_of(p, node->left_first)->depth;
+    const uint32_t depth = depths[i] + piece_of(p, node->left_first)->depth;
     p->summary.depth = depth > p->summary.depth ? depth : p->summary.depth;
   }
   whittle_release(depths);
@@ -191,7 +223,7 @@ static whittle_status summarise(subtrees_build *p, whittle_error *error) {
     if (each->largest_leaf > sum->largest_leaf)
       sum->largest_leaf = each->largest_leaf;
   }
-  const double whole = next->used ? whittle_node_area(&p->top.bvh.nodes[0]) : 0.0;
+  const double whole = next->piece_count ? whittle_node_area(&p->top.bvh.nodes[0]) : 0.0;
   sum->sah_cost = whole > 0.0 ? sum->cost / whole : 0.0;
   sum->node_count = (uint32_t)p->made.node_count;
   return find_depth(p, error);
@@ -215,11 +247,11 @@ static void choose_order(subtrees_build *p) {
 
 static void choose_places(subtrees_build *p) {
   scene_subtrees *next = p->next;
-  const uint32_t used = next->used;
+  const uint32_t pieces = next->piece_count;
   scene_arrays *made = &p->made;
-  made->node_count = used ? 2 * (size_t)used - 1 : 0;
-  made->wide_count = whittle_top_wide_room(used);
-  for (uint32_t k = 0; k < used; k++) {
+  made->node_count = pieces ? 2 * (size_t)pieces - 1 : 0;
+  made->wide_count = whittle_top_wide_room(pieces);
+  for (uint32_t k = 0; k < next->used; k++) {
     subtree *each = &next->list[next->order[k]];
     each->at = (subtree_place){(uint32_t)made->node_count, (uint32_t)made->wide_count,
                                (uint32_t)made->triangle_count,
@@ -283,9 +315,12 @@ static void stay_in_place(subtrees_build *p) {
 }
 
 whittle_status whittle_subtrees_join(subtrees_build *p, whittle_error *error) {
+  whittle_status status = gather_pieces(p, error);
+  if (status != WHITTLE_OK)
+    return status;
   choose_order(p);
   choose_places(p);
-  whittle_status status = build_top(p, error);
+  status = build_top(p, error);
   if (status == WHITTLE_OK && !whittle_cancelled(p->team->state))
     status = summarise(p, error);
   if (status != WHITTLE_OK || whittle_cancelled(p->team->state))
