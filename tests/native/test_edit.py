@@ -559,8 +559,9 @@ def test_replaced_and_removed_things_are_freed() -> None:
         gc.collect()
         return resident()
 
-    before = use(6)
-    assert use(12) - before < 16 << 20
+    # What the allocator holds back goes up and down; what is lost would only go up.
+    held = [use(3) for _ in range(6)]
+    assert min(held[3:]) - min(held[:3]) < 16 << 20
 
 
 def test_moving_one_object_takes_the_time_of_one_object() -> None:
