@@ -494,7 +494,7 @@ def test_cancelled_builds_leave_the_scene() -> None:
         scene.build(by_instance=True)
         assert_equal(hits_of(scene), before, before)
     assert cancelled >= 6
-    assert resident() - memory < 32 << 20
+    assert resident() - memory < 64 << 20, "one build takes some 20 MB"
     scene.build(bins=32, by_instance=True)
     scene.build(by_instance=True)
     assert scene.nodes().tobytes() == nodes
