@@ -137,6 +137,35 @@ def test_the_cost_alone_makes_a_render_count() -> None:
             np.testing.assert_array_equal(table, image["cost"][by][what])
 
 
+def test_tables_never_meet_a_scene_that_has_grown() -> None:
+    """Materials set right after the start: the job has the old columns, or says what is wrong."""
+    scene, view = forest()
+    scene.build()
+    camera = perspective(8, 8, **view)
+    seen = set()
+    for more in range(1, 120):
+        columns = 2 + more
+        job = scene.start(camera, {"cost": True})
+        try:
+            scene.set_materials([identity.DIFFUSE] * (3 + more))
+        except RuntimeError:
+            job.result()
+            scene.set_materials([identity.DIFFUSE] * (3 + more))
+            seen.add("busy")
+            continue
+        try:
+            table = job.result()["cost"]["material"]["nodes"]
+            assert table.shape == (4, columns + 1) and table[0].sum() > 0
+            seen.add("before")
+        except ValueError as error:
+            assert "ask for the columns again" in str(error)
+            seen.add("after")
+        except RuntimeError as error:
+            assert "being changed" in str(error)
+            seen.add("meanwhile")
+    assert seen
+
+
 def table_bytes(threads: int, **settings: Any) -> bytes:
     cost = rendered("forest", threads=threads, **settings)["cost"]
     return b"".join(cost[by][what].tobytes() for by in ("instance", "material") for what in WHATS)
@@ -206,6 +235,23 @@ def test_empty_and_hidden_instances_pay_nothing() -> None:
     assert len(nothing.owners()["instance"]) == len(nothing.owners()["material"]) == 0
     cost = nothing.render(perspective(8, 8, (0, -4, 0), (0, 0, 0)), {"cost": True})["cost"]
     assert cost["instance"]["nodes"].tolist() == [[0]] * 4
+
+
+def test_a_scene_that_was_edited_pays_in_the_same_columns() -> None:
+    """Instances keep their columns when others go, in a tree of subtrees too."""
+    scene, view = forest()
+    scene.build(by_instance=True)
+    scene.remove_instance(7)
+    scene.build(by_instance=True)
+    labels = labels_of(scene, forest_materials())
+    for what, wanted in labels.items():
+        found = scene.owners()[what]
+        np.testing.assert_array_equal(found, counting.owners(scene.nodes(), wanted))
+    image = scene.render(perspective(60, 40, **view), {"cost": True, "samples": 4})
+    nodes = image["cost"]["instance"]["nodes"]
+    assert nodes.shape == (4, 27) and not nodes[:, 7].any() and nodes[0, 25] > 0
+    for row, kind in zip(nodes, KINDS, strict=True):
+        assert row.sum() == image["stats"]["nodes"][kind]
 
 
 def test_what_is_refused() -> None:

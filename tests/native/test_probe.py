@@ -2,6 +2,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The probe of a pixel against the heatmap, the picture and an independent walk of the tree."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import counting
@@ -171,6 +175,39 @@ def test_long_chains_fit(glass) -> None:
     image = scene.render({**camera, "region": (100, 57, 101, 58)}, settings)
     assert len(rays) > 20_000
     assert counts(rays) == {name: image[name][0, 0, 0] for name in COUNTERS}
+
+
+STARVED = """
+import resource, sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+import identity
+from cameras import perspective
+
+scene, view = identity.spheres()
+scene.build()
+camera = perspective(160, 100, **view)
+settings = {"samples": 4096, "cutoff": 0, "max_depth": 12}
+scene.probe(camera, {}, 100, 57)
+used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + 24_000_000, resource.RLIM_INFINITY))
+try:
+    scene.probe(camera, settings, 100, 57)
+except MemoryError as error:
+    print(error)
+else:
+    raise SystemExit("it went through")
+resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY,) * 2)
+assert len(scene.probe(camera, settings, 100, 57)) > 80_000
+"""
+
+
+def test_a_log_that_does_not_fit_is_a_memory_error() -> None:
+    settings = {**os.environ, "MALLOC_ARENA_MAX": "1", "MALLOC_MMAP_THRESHOLD_": "65536"}
+    command = [sys.executable, "-c", STARVED, str(Path(__file__).parent)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=settings)
+    assert done.returncode == 0, done.stderr
+    assert "max_depth" in done.stdout and "memory" in done.stdout
 
 
 @pytest.mark.parametrize(

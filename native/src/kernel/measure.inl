@@ -3,8 +3,8 @@
 /* A batch traced, and what it took: time, counts by pixel, charges to owners, the log. */
 
 /* Writes down the rays of a batch before they are traced; false if there is no memory. */
-static bool log_rays(const tile_context *context, const tile_worker *w, const ray_batch *batch,
-                     uint32_t kind) {
+static __attribute__((cold)) bool log_rays(const tile_context *context, const tile_worker *w,
+                                           const ray_batch *batch, uint32_t kind) {
   const ray_stream *rays = &batch->rays;
   logged_ray *to = ray_log_add(context->log, rays->count);
   if (to == NULL)
@@ -27,7 +27,7 @@ static bool log_rays(const tile_context *context, const tile_worker *w, const ra
 }
 
 /* Adds what the rays just traced have found; false if the log lost something. */
-static bool log_hits(const tile_context *context, const ray_batch *batch) {
+static __attribute__((cold)) bool log_hits(const tile_context *context, const ray_batch *batch) {
   const ray_stream *rays = &batch->rays;
   logged_ray *to = context->log->rays + context->log->count - rays->count;
   for (uint32_t i = 0; i < rays->count; i++) {
@@ -46,7 +46,8 @@ static void add_seconds(tile_worker *w, uint32_t kind, double seconds) {
 }
 
 /* Traces rays that are about to be counted in packets, for the coherence of these. */
-static void trace_together(const trace_context *counting, ray_stream *rays, uint32_t kind) {
+static __attribute__((cold)) void trace_together(const trace_context *counting, ray_stream *rays,
+                                                 uint32_t kind) {
   uint64_t counted_again = 0;
   trace_context together = *counting;
   together.count = false;

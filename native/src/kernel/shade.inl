@@ -108,9 +108,9 @@ static inline void add_light(tile_worker *w, const uint32_t *slots, uint32_t lan
   }
 }
 
-/* Who sends the rays that are about to be appended. */
-static inline void note_parents(ray_batch *batch, uint32_t set, const surface_batch *s,
-                                uint32_t at) {
+/* Who sends the rays that are about to be appended; not inlined, because hardly anyone asks. */
+static __attribute__((cold)) void note_parents(ray_batch *batch, uint32_t set,
+                                               const surface_batch *s, uint32_t at) {
   for (uint32_t n = batch->rays.count; set; set &= set - 1)
     batch->parent[n++] = s->first_ray + s->ray[at + (uint32_t)__builtin_ctz(set)];
 }
@@ -146,8 +146,10 @@ static inline bool append_rays(ray_batch *batch, uint32_t set, const surface_bat
 }
 
 /* Sends rays on from the lanes of `lanes` whose weight is worth it; batch NULL: deep enough. */
-static inline bool spawn(const tile_context *context, tile_worker *w, ray_batch *batch, uint32_t at,
-                         uint32_t lanes, v_vector direction, float side, v_vector weight) {
+static inline __attribute__((always_inline)) bool spawn(const tile_context *context, tile_worker *w,
+                                                        ray_batch *batch, uint32_t at,
+                                                        uint32_t lanes, v_vector direction,
+                                                        float side, v_vector weight) {
   const surface_batch *s = &w->surfaces;
   const v_float most = vec_most(weight);
   lanes &= v_bits(v_lt(v_set(0.0f), most));

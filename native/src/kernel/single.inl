@@ -124,38 +124,51 @@ static inline __attribute__((always_inline)) void walk_single(const trace_contex
   single_ray ray;
   single_ray_load(rays, i, &ray);
   single_entry stack[WHITTLE_STACK];
-  uint8_t levels[WHITTLE_STACK]; /* edges from the root, of the node at hand and of those waiting */
+  uint8_t levels[WHITTLE_STACK]; /* of what waits on the stack: edges from the root */
   uint32_t depth = 0, visited = 0, tested = 0, index = 0, level = 0;
   rays->record[i] = WHITTLE_NONE;
   bool going = ray.best > ray.exact.t_min && context->scene->node_count > 0;
   while (going) {
     const whittle_node *node = &nodes[index];
-    const uint32_t waiting = depth, before = tested;
-    const bool leaf = node->count > 0;
-    const bool blocked =
-        leaf && single_leaf(context, rays, i, &ray, node->left_first, node->count, any, &tested);
     visited++;
-    if (watched)
-      single_watch(context, i, index, level, tested - before);
-    if (blocked)
-      break;
-    index = leaf ? WHITTLE_NONE : single_descend(&ray, nodes, node->left_first, stack, &depth);
-    level++;
-    if (watched && depth > waiting)
-      levels[waiting] = (uint8_t)level;
-    while (index == WHITTLE_NONE && going) {
-      going = depth > 0;
-      if (going && !(stack[--depth].entry > ray.best))
-        index = stack[depth].node, level = watched ? levels[depth] : 0;
+    if (node->count > 0) {
+      const uint32_t first = node->left_first, before = tested;
+      const bool stop = single_leaf(context, rays, i, &ray, first, node->count, any, &tested);
+      if (watched)
+        single_watch(context, i, index, level, tested - before);
+      if (stop)
+        break;
+    } else {
+      if (watched) {
+        single_watch(context, i, index, level, 0);
+        levels[depth] = (uint8_t)++level;
+      }
+      index = single_descend(&ray, nodes, node->left_first, stack, &depth);
+      if (index != WHITTLE_NONE)
+        continue;
     }
+    do {
+      going = depth > 0;
+      if (going)
+        index = stack[--depth].node;
+    } while (going && stack[depth].entry > ray.best);
+    level = watched ? levels[depth] : 0;
   }
   rays->nodes[i] = visited, rays->triangles[i] = tested;
 }
 
-static inline __attribute__((always_inline)) void
-count_single(const trace_context *context, ray_stream *rays, uint32_t i, const bool any) {
-  if (context->watch != NULL)
-    walk_single(context, rays, i, any, true);
-  else
-    walk_single(context, rays, i, any, false);
+/* Not inlined, so that what only traces is compiled as if nothing could be counted. */
+static __attribute__((noinline)) void walk_plain(const trace_context *context, ray_stream *rays,
+                                                 uint32_t i, bool any) {
+  walk_single(context, rays, i, any, false);
+}
+
+static __attribute__((noinline)) void walk_watched(const trace_context *context, ray_stream *rays,
+                                                   uint32_t i, bool any) {
+  walk_single(context, rays, i, any, true);
+}
+
+static inline void count_single(const trace_context *context, ray_stream *rays, uint32_t i,
+                                bool any) {
+  context->watch ? walk_watched(context, rays, i, any) : walk_plain(context, rays, i, any);
 }
