@@ -112,6 +112,9 @@ class Session:
 
     def _trace(self, context: bpy.types.Context, scene: bpy.types.Scene) -> None:
         view = self._view(context, scene)
+        if view is None:
+            self._tracer.stop()
+            self._tracer.image = None
         if view is None or view == self._failed:
             return
         self._failed = view  # until all has gone well: it is not tried again and again
