@@ -20,7 +20,7 @@ from .levels import Level
 from .picture import Picture
 from .tracer import Image, Tracer, View
 
-PATIENCE = 0.08
+PATIENCE = 0.09
 """Seconds that a redraw may wait for a first image or a small build, so that what is seen keeps up
 with the mouse; whatever takes longer is looked for by the pulse."""
 

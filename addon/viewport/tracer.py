@@ -134,8 +134,7 @@ class Tracer:
         if not self._plan:
             return
         view, level = self._wanted, self._plan.pop(0)
-        settings = dict(view.settings) | {"passes": ["combined"], "samples": level.samples}
-        self._job = self._scene.start(view.camera(level), settings)
+        self._job = self._scene.start(view.camera(level), level.settings(dict(view.settings)))
         self._traced = (view, level, time.perf_counter())
 
     def _cancel(self) -> None:

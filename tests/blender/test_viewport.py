@@ -110,6 +110,23 @@ def test_the_first_image_is_as_fine_as_is_quick(addon):
     assert plan(pixels, pixels / SOON / 1.1, 1) == [(4, 1), (2, 1), (1, 1)]
 
 
+def test_coarse_images_leave_out_what_adds_little(addon):
+    from addon.viewport.levels import COARSE_CUTOFF, Level
+
+    def cutoff(reduction, asked):
+        return Level(reduction, 1).settings({"cutoff": asked, "max_depth": 3})
+
+    assert cutoff(1, 0.0) == {
+        "cutoff": 0.0,
+        "max_depth": 3,
+        "passes": ["combined"],
+        "samples": 1,
+    }
+    assert cutoff(4, 0.0)["cutoff"] == cutoff(2, 1 / 1024)["cutoff"] == COARSE_CUTOFF
+    assert cutoff(4, 0.1)["cutoff"] == 0.1
+    assert cutoff(4, -1.0)["cutoff"] == -1.0, "what is wrong is still judged by the core"
+
+
 # ---- Tracer ----
 
 
