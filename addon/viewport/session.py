@@ -238,6 +238,6 @@ def _shown_in(space: bpy.types.SpaceView3D, local: bool) -> Callable[[Instance],
         if not local or not instance.show_self or instance.object.type == "LIGHT":
             return instance.show_self
         owner = instance.parent if instance.is_instance and instance.parent else instance.object
-        return owner.original.visible_in_viewport_get(space)
+        return owner.visible_in_viewport_get(space)
 
     return shown
