@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The images that a view goes through: small ones at once, then all pixels, then more samples."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import count, takewhile
 from math import isqrt
@@ -42,13 +43,14 @@ def size(region: tuple[int, int], level: Level) -> tuple[int, int]:
     return tuple(-(-pixels // level.reduction) for pixels in region)
 
 
-def levels(pixels: int, pixels_per_second: float | None, samples: int) -> list[Level]:
-    """All images of a region in their order, by the speed that was measured; None: not yet."""
+def levels(pixels: int, speeds: Mapping[int, float], samples: int) -> list[Level]:
+    """All images of a region in their order. `speeds`: pixels a second by reduction, as far as they
+    were measured (a small image takes longer for each pixel: its rays have less in common)."""
     if samples < 1 or isqrt(samples) ** 2 != samples:
         raise ValueError(f"viewport_samples must be a square number (1, 4, 9, ...), not {samples}")
-    first = _first_reduction(pixels, pixels_per_second)
+    first = _first_reduction(pixels, speeds)
     coarse = [reduction for reduction in (4, 2, 1) if reduction <= first]
-    if first == 4 and pixels_per_second and pixels <= SOON * pixels_per_second:
+    if first == 4 and pixels <= SOON * speeds.get(1, 0.0):
         coarse.remove(2)
     # Each four times the one before, so that what comes before the last costs a third of it.
     between = takewhile(lambda n: n < samples, (4**k for k in count(1)))
@@ -56,11 +58,10 @@ def levels(pixels: int, pixels_per_second: float | None, samples: int) -> list[L
     return [Level(reduction, 1) for reduction in coarse] + [Level(1, n) for n in fine]
 
 
-def _first_reduction(pixels: int, pixels_per_second: float | None) -> int:
+def _first_reduction(pixels: int, speeds: Mapping[int, float]) -> int:
     """Of the finest first image that is quick."""
-    reduction = 1
-    while reduction < COARSEST:
-        if pixels_per_second and pixels / reduction**2 <= QUICK * pixels_per_second:
-            break
-        reduction *= 2
-    return reduction
+    slowest = min(speeds.values(), default=0.0)
+    for reduction in (1, 2):
+        if pixels / reduction**2 <= QUICK * speeds.get(reduction, slowest):
+            return reduction
+    return COARSEST

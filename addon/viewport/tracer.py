@@ -75,14 +75,14 @@ class Tracer:
         self._job: Any = None
         self._traced: tuple[View, Level, float] | None = None  # what the job is at; its start
         self._plan: list[Level] = []
-        self._speed: float | None = None  # pixels a second, one sample each
+        self._speeds: dict[int, float] = {}  # pixels a second, by reduction, of one sample each
 
     def show(self, scene: Any, view: View) -> bool:
         """Asks for the images of a view of a built scene; False: it is the view at hand."""
         if view == self._wanted and scene is self._scene:
             return False
         self._scene, self._wanted, self._asked = scene, view, time.perf_counter()
-        self._plan = levels(view.pixels(), self._speed, view.samples)
+        self._plan = levels(view.pixels(), self._speeds, view.samples)
         # A first image is let finish: cancelled with each move, it would never be seen.
         if self._job is not None and not self._is_first():
             self._cancel()
@@ -99,8 +99,9 @@ class Tracer:
         result, now = job.result(), time.perf_counter()
         asked = self._asked if view == self._wanted else start
         self.image = Image(view, level, result["combined"], asked, now)
-        traced = self.image.pixels.shape[0] * self.image.pixels.shape[1] * level.samples
-        self._speed = traced / max(now - start, 1e-6)
+        if level.samples == 1:
+            height, width = self.image.pixels.shape[:2]
+            self._speeds[level.reduction] = width * height / max(now - start, 1e-6)
         self._next()
         return True
 

@@ -85,7 +85,8 @@ def steps(found):
 def plan(pixels, speed, samples):
     from addon.viewport.levels import levels
 
-    return [(level.reduction, level.samples) for level in levels(pixels, speed, samples)]
+    speeds = {1: speed, 2: speed, 4: speed} if isinstance(speed, float) else speed or {}
+    return [(level.reduction, level.samples) for level in levels(pixels, speeds, samples)]
 
 
 def test_the_images_of_a_view(addon):
@@ -108,6 +109,10 @@ def test_the_first_image_is_as_fine_as_is_quick(addon):
     assert plan(pixels, pixels / QUICK / 4.1, 1) == [(4, 1), (1, 1)]
     assert plan(pixels, pixels / SOON, 1) == [(4, 1), (1, 1)]
     assert plan(pixels, pixels / SOON / 1.1, 1) == [(4, 1), (2, 1), (1, 1)]
+    # Each by its own speed, and what was not measured by the slowest.
+    assert plan(pixels, {1: pixels / SOON, 4: 1e3}, 1) == [(4, 1), (1, 1)]
+    assert plan(pixels, {4: pixels / QUICK}, 1) == [(1, 1)]
+    assert plan(pixels, {4: pixels / QUICK / 2}, 1) == [(2, 1), (1, 1)]
 
 
 def test_coarse_images_leave_out_what_adds_little(addon):
