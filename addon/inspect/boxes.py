@@ -52,9 +52,16 @@ def choose(tree: Tree, wanted: Filter) -> Drawing:
     chosen = np.flatnonzero(keep)
     asked = len(chosen)
     if asked > wanted.limit:
-        order = np.argsort(tree.depth[chosen], kind="stable")
-        chosen = np.sort(chosen[order[: wanted.limit]])
+        chosen = _nearest(tree.depth[chosen], chosen, wanted.limit)
     return Drawing(chosen, asked, *_shade(tree, chosen, wanted))
+
+
+def _nearest(depth: NDArray[np.int32], nodes: NDArray[np.int64], limit: int) -> NDArray[np.int64]:
+    """So many nodes of the lowest depths, in their order; of the last depth the first ones."""
+    below = np.cumsum(np.bincount(depth))
+    last = int(np.searchsorted(below, limit))
+    whole, edge = nodes[depth < last], nodes[depth == last]
+    return np.sort(np.concatenate((whole, edge[: limit - len(whole)])))
 
 
 def _shade(

@@ -18,10 +18,12 @@ EDGES = np.array(
 
 @dataclass(frozen=True)
 class Tree:
-    """A node a row, in the core's order; boxes in world space."""
+    """A node a row, in the core's order."""
 
-    low: NDArray[np.float64]  # (n, 3)
-    high: NDArray[np.float64]  # (n, 3)
+    low: NDArray[np.float32]  # (n, 3), in scene space: (world - center) / scale
+    high: NDArray[np.float32]  # (n, 3)
+    center: NDArray[np.float64]
+    scale: float
     depth: NDArray[np.int32]  # edges from the root
     count: NDArray[np.int32]  # triangles of a leaf; 0: not a leaf
     cost: NDArray[np.float64]  # expected share of a random ray's work, in triangle tests
@@ -35,14 +37,16 @@ class Tree:
 def read(scene: Any, build: dict[str, Any], traversal_cost: float = 1.0) -> Tree:
     """The tree of a built scene, whose build statistics say where scene space lies."""
     nodes = scene.nodes()
-    center, scale = np.array(build["center"]), np.ldexp(1.0, int(build["exponent"]))
     count = nodes["count"].astype(np.int32)
-    size = nodes["bounds_max"].astype(np.float64) - nodes["bounds_min"]
+    low, high = (np.ascontiguousarray(nodes[name]) for name in ("bounds_min", "bounds_max"))
+    size = (high - low).astype(np.float64)
     area = size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0]
     work = np.where(count > 0, count, traversal_cost)
     return Tree(
-        low=center + scale * nodes["bounds_min"].astype(np.float64),
-        high=center + scale * nodes["bounds_max"].astype(np.float64),
+        low=low,
+        high=high,
+        center=np.array(build["center"]),
+        scale=float(np.ldexp(1.0, int(build["exponent"]))),
         depth=depths(nodes["left_first"], count),
         count=count,
         cost=area / max(area[0], 1e-300) * work if len(area) else area,
@@ -63,9 +67,10 @@ def depths(left: NDArray[np.unsignedinteger], count: NDArray[np.int32]) -> NDArr
 
 
 def corners(tree: Tree, chosen: NDArray[np.integer]) -> NDArray[np.float32]:
-    """The eight corners (k, 8, 3) of the chosen nodes' boxes."""
+    """The eight corners (k, 8, 3) of the chosen nodes' boxes, in the world."""
     low, high = tree.low[chosen, np.newaxis], tree.high[chosen, np.newaxis]
-    return np.where(CORNERS, high, low).astype(np.float32)
+    scene = np.where(CORNERS, high, low).astype(np.float64)
+    return (tree.center + tree.scale * scene).astype(np.float32)
 
 
 def edges(boxes: int) -> NDArray[np.uint32]:

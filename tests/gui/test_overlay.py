@@ -261,3 +261,22 @@ def test_switched_off_nothing_is_left(gui: Gui):
     after = yield from gui.pixels()
     assert abs(after - bare).mean() < 1e-3 < abs(over - bare).mean()
     yield from gui.until(lambda: not part("inspect.overlay").viewports, "nothing is kept")
+
+
+def test_disabled_while_it_traces(gui: Gui):
+    yield from stage(gui)
+    gui.scene.whittle_overlay.samples = "16"
+    switch(gui, True)
+    yield from gui.until(lambda: heat_of(gui) and heat_of(gui).busy, "something is traced")
+    bpy.ops.preferences.addon_disable(module=PACKAGE)
+    yield from gui.redrawn()
+    assert not hasattr(bpy.types.Scene, "whittle_overlay")
+    bpy.ops.preferences.addon_enable(module=PACKAGE)
+    yield from gui.redrawn()
+    settings = gui.scene.whittle_overlay
+    assert settings.samples == "16" and not bpy.context.window_manager.whittle.show_heat
+    settings.samples = "1"
+    switch(gui, True)
+    picture = yield from shown(gui)
+    assert np.array_equal(picture.values, counted(gui, ["nodes"]))
+    switch(gui, False)
