@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-PAD = np.float32(2.0**-19)
+PAD = np.float32(2.0**-20)
 F = np.float32
 
 
@@ -29,12 +29,14 @@ def make_ray(origin: NDArray, direction: NDArray, t_min: float = 0, t_max: float
 
 def slab(ray: Ray, low: NDArray, high: NDArray) -> tuple[np.float32, np.float32]:
     """The padded interval of t inside a box."""
+    below, above = ray.origin - low, high - ray.origin
+    room = np.maximum(below, above).max() * PAD
+    to_low, to_high = F(0) - (below + room), above + room
     turned = ray.inverse < 0
     with np.errstate(invalid="ignore", over="ignore"):
-        near = (np.where(turned, high, low) - ray.origin) * ray.inverse
-        far = (np.where(turned, low, high) - ray.origin) * ray.inverse
-    n, f = np.nanmax(np.append(near, F(-np.inf))), np.nanmin(np.append(far, F(np.inf)))
-    return n - abs(n) * PAD, f + abs(f) * PAD
+        near = np.where(turned, to_high, to_low) * ray.inverse
+        far = np.where(turned, to_low, to_high) * ray.inverse
+    return np.nanmax(np.append(near, F(-np.inf))), np.nanmin(np.append(far, F(np.inf)))
 
 
 def edge_functions(ray: Ray, corners: NDArray) -> tuple[NDArray, NDArray, int] | None:

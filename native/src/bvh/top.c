@@ -38,8 +38,7 @@ static void fill(const top_tree *top, wide_node *wide, uint32_t first, uint32_t 
       wide->low[axis][i] = fragment->lo[axis];
       wide->high[axis][i] = fragment->hi[axis];
     }
-    wide->child[i] = first + i;
-    wide->count[i] = 1;
+    wide->child[i] = (wide_child){first + i, 1};
   }
 }
 
@@ -48,12 +47,11 @@ static void open_leaves(top_tree *top, uint32_t made) {
   for (uint32_t w = 0; w < made; w++) {
     wide_node *wide = &top->wide[w];
     for (uint32_t i = 0; i < WHITTLE_WIDTH; i++) {
-      const uint32_t count = wide->count[i];
-      if (count < 2 || count > WHITTLE_WIDE_LEAF)
-        continue; /* an inner node, a single entry, or no child */
-      fill(top, &top->wide[top->wide_count], wide->child[i], count);
-      wide->child[i] = top->wide_count++;
-      wide->count[i] = 0;
+      const wide_child child = wide->child[i];
+      if (!wide_is_leaf(child) || child.count < 2)
+        continue; /* an inner node, no child, or a single entry */
+      fill(top, &top->wide[top->wide_count], child.first, child.count);
+      wide->child[i] = (wide_child){top->wide_count++, WIDE_NODE};
     }
   }
 }

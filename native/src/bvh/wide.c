@@ -85,11 +85,9 @@ static void fill(collapse *c, uint32_t index) {
       wide->high[axis][i] = node->bounds_max[axis];
     }
     if (is_leaf(c, chosen[i])) {
-      wide->child[i] = c->spans[chosen[i]].first;
-      wide->count[i] = c->spans[chosen[i]].count;
+      wide->child[i] = (wide_child){c->spans[chosen[i]].first, c->spans[chosen[i]].count};
     } else {
-      wide->child[i] = c->count;
-      wide->count[i] = 0;
+      wide->child[i] = (wide_child){c->count, wide_node_kind(node)};
       c->sources[c->count++] = chosen[i];
     }
   }

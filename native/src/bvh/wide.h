@@ -8,12 +8,35 @@
 
 enum { WHITTLE_WIDTH = 8, WHITTLE_WIDE_LEAF = 8 };
 
+/* A child: a leaf of `count` triangles from `first` on, or a node if count is WIDE_NODE, or
+ * WIDE_FINE_NODE: one so small beside the scene that its boxes need the test that rounds least. */
+typedef struct wide_child {
+  uint32_t first, count;
+} wide_child;
+
+#define WIDE_NODE 0u
+#define WIDE_FINE_NODE UINT32_MAX
+#define WIDE_FINE 0x1p-11f /* extent of such a node; scene space is about 1 wide */
+
 /* The boxes of eight children as structures of arrays; those of missing children are NaN, which no
- * test lets pass. count > 0: a leaf of that many triangles from `child` on; else a node. */
+ * test lets pass. */
 typedef struct wide_node {
   float low[3][WHITTLE_WIDTH], high[3][WHITTLE_WIDTH];
-  uint32_t child[WHITTLE_WIDTH], count[WHITTLE_WIDTH];
+  wide_child child[WHITTLE_WIDTH];
 } wide_node;
+
+static inline uint32_t wide_node_kind(const whittle_node *node) {
+  float extent = 0.0f;
+  for (int axis = 0; axis < 3; axis++) {
+    const float side = node->bounds_max[axis] - node->bounds_min[axis];
+    extent = side > extent ? side : extent;
+  }
+  return extent < WIDE_FINE ? WIDE_FINE_NODE : WIDE_NODE;
+}
+
+static inline bool wide_is_leaf(wide_child child) {
+  return child.count != WIDE_NODE && child.count != WIDE_FINE_NODE;
+}
 
 _Static_assert(sizeof(wide_node) == 256, "four cache lines");
 

@@ -4,17 +4,18 @@
 
 #pragma once
 
-#include "bvh/wide.h"
 #include "kernel/kernel.h"
 #include "kernel/simd.h"
+#include "scene/triangles.h"
 
-/* Share by which slab intervals grow at both ends: Ize, Robust BVH Ray Traversal, JCGT 2013 needs
- * 2 ulp for boxes; the triangle test's own rounding, relative to its vertices, needs 8 more. */
-#define WHITTLE_SLAB_PAD 0x1p-19f
+/* Boxes are grown by this share of the distance from the ray's origin to their farthest side. The
+ * edge test decides for vertices that are off by 6 * 2^-24 of that, and a slab's own arithmetic
+ * adds 4 (Ize, Robust BVH Ray Traversal, JCGT 2013): so no accepted triangle misses its own box. */
+#define WHITTLE_BOX_PAD 0x1p-20f
 
-/* And of nodes: at least as much, so that they contain the intervals of their triangles. */
+/* And nodes: the same, so that they contain the intervals of their triangles. */
 #ifndef WHITTLE_BREAK_PADDING
-#define WHITTLE_NODE_PAD WHITTLE_SLAB_PAD
+#define WHITTLE_NODE_PAD WHITTLE_BOX_PAD
 #else
 #define WHITTLE_NODE_PAD 0.0f
 #endif
@@ -43,20 +44,30 @@ static inline int whittle_dominant_axis(const float d[3]) {
   return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
 }
 
-/* A triangle's normal, scaled to about unit size by a power of two. Edges are exact in double, so
- * needles keep their normals, and the smallest triangles do not underflow. */
-static inline void whittle_triangle_normal(const triangle_record *triangle, float normal[3]) {
+/* What decides a hit once the edges are passed. */
+typedef struct triangle_plane {
+  float normal[3]; /* about unit size */
+  float low[3], high[3];
+} triangle_plane;
+
+/* Edges are exact in double, so needles keep their normals; the power of two keeps the smallest
+ * triangles from underflowing. */
+static inline triangle_plane whittle_plane(const triangle_record *triangle) {
   double e1[3], e2[3], n[3];
+  triangle_plane plane;
   for (int i = 0; i < 3; i++) {
     e1[i] = (double)triangle->v1[i] - triangle->v0[i];
     e2[i] = (double)triangle->v2[i] - triangle->v0[i];
+    plane.low[i] = s_min(s_min(triangle->v0[i], triangle->v1[i]), triangle->v2[i]);
+    plane.high[i] = s_max(s_max(triangle->v0[i], triangle->v1[i]), triangle->v2[i]);
   }
   n[0] = e1[1] * e2[2] - e1[2] * e2[1];
   n[1] = e1[2] * e2[0] - e1[0] * e2[2];
   n[2] = e1[0] * e2[1] - e1[1] * e2[0];
   const double scale = whittle_to_unit(n[0], n[1], n[2]);
   for (int i = 0; i < 3; i++)
-    normal[i] = (float)(n[i] * scale);
+    plane.normal[i] = (float)(n[i] * scale);
+  return plane;
 }
 
 #define FAMILY(name) s_##name

@@ -6,10 +6,11 @@
 
 #include "kernel/box.h"
 
-/* At depth z along the axis a ray is at slope * z from its origin. A hit lies in the padded slab
- * interval of a box, so within the box grown by the pad and 4 ulp of the distance to its planes;
- * culling by the ranges of origins and slopes with twice that slack can therefore lose none. */
-#define FRUSTUM_SLACK (4.0f * WHITTLE_SLAB_PAD)
+/* At depth z along the axis a ray is at slope * z from its origin, with |slope| <= 1. A hit's
+ * vertices lie on both sides of the ray to 6 * 2^-24 of the distance to the farthest side of their
+ * box, and it begins no deeper than WHITTLE_BOX_PAD of that before the box: twice the pad loses
+ * none. */
+#define FRUSTUM_SLACK (2.0f * WHITTLE_BOX_PAD)
 
 /* Ranges of a set of rays; slopes are by depth along the dominant axis, in its sense. */
 typedef struct frustum {
@@ -51,29 +52,27 @@ static inline v_frustum frustums_load(const frustums *f, uint32_t at) {
   return each;
 }
 
-static inline v_float larger_abs(v_float a, v_float b) {
-  return v_max(v_abs(a), v_abs(b));
-}
-
 /* The lanes whose frustum may reach into its box, and the depth at which it would. k is the
  * dominant axis. A box with NaN bounds is not reached. */
 static inline v_mask frustum_reaches(const v_frustum *f, int k, bool negative, const v_float low[3],
                                      const v_float high[3], v_float *depth) {
-  const v_float slack = v_set(FRUSTUM_SLACK), nothing = v_set(0.0f);
-  v_float front = negative ? f->origin_min[k] - high[k] : low[k] - f->origin_max[k];
-  v_float back = negative ? f->origin_max[k] - low[k] : high[k] - f->origin_min[k];
-  const v_float grow = slack * larger_abs(front, back);
-  front = front - grow, back = back + grow;
-  v_mask reach = v_and(v_le(nothing, back), v_le(front, f->deepest));
-  front = v_max(front, nothing);
+  const v_float nothing = v_set(0.0f);
+  v_float begin[3], end[3], reach = nothing;
+  for (int i = 0; i < 3; i++) {
+    begin[i] = low[i] - f->origin_max[i], end[i] = high[i] - f->origin_min[i];
+    reach = v_max(v_max(nothing - begin[i], end[i]), reach);
+  }
+  const v_float behind = nothing - end[k], before = nothing - begin[k];
+  const v_float room = v_set(FRUSTUM_SLACK) * reach;
+  const v_float front = v_max((negative ? behind : begin[k]) - room, nothing);
+  const v_float back = (negative ? before : end[k]) + room;
+  v_mask meets = v_and(v_le(nothing, back), v_le(front, f->deepest));
   for (int i = 1; i < 3; i++) {
     const int a = k + i < 3 ? k + i : k + i - 3;
     const v_float left = f->slope_min[a] * v_select(v_lt(f->slope_min[a], nothing), back, front);
     const v_float right = f->slope_max[a] * v_select(v_lt(f->slope_max[a], nothing), front, back);
-    const v_float begin = low[a] - f->origin_max[a], end = high[a] - f->origin_min[a];
-    const v_float room = slack * (larger_abs(begin, end) + larger_abs(left, right));
-    reach = v_and(reach, v_and(v_le(left, end + room), v_le(begin - room, right)));
+    meets = v_and(meets, v_and(v_le(left, end[a] + room), v_le(begin[a] - room, right)));
   }
   *depth = front;
-  return reach;
+  return meets;
 }

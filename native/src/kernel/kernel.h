@@ -4,7 +4,7 @@
 
 #pragma once
 
-#include "scene/scene.h"
+#include "scene/rays.h"
 
 #include <stdint.h>
 
@@ -51,6 +51,12 @@ struct tile_worker;
 
 typedef struct kernel_table {
   uint32_t lanes;
+  /* The caller's rays first .. first + count - 1 into scene space, and what they hit out again:
+   * `rays` is the stream over the chunk, after `closest`. */
+  void (*load)(const scene_frame *frame, const whittle_rays *rays, size_t first, uint32_t count,
+               ray_chunk *chunk);
+  void (*give)(const whittle_scene *scene, const ray_chunk *chunk, const ray_stream *rays,
+               const whittle_hits *hits, size_t first);
   /* The nearest hit of each ray of the stream, and whether anything is hit at all. */
   void (*closest)(const trace_context *context, ray_stream *rays);
   void (*any)(const trace_context *context, ray_stream *rays);

@@ -13,6 +13,8 @@
 
 #include <stddef.h>
 
+#include "kernel/chunk.inl"
+
 #include "kernel/trace.inl"
 
 #include "kernel/surface.inl"
@@ -25,6 +27,8 @@
 
 const kernel_table WHITTLE_KERNEL = {
     .lanes = V_LANES,
+    .load = kernel_load,
+    .give = kernel_give,
     .closest = kernel_closest,
     .any = kernel_any,
     .render_tile = kernel_render_tile,

@@ -40,17 +40,36 @@ static inline uint32_t lecture_first(const packet *p, const whittle_node *node, 
   return found;
 }
 
+static inline bool lecture_triangle(const trace_context *context, packet *p, uint32_t from,
+                                    const uint32_t *enters, uint32_t record, const bool any) {
+  const triangle_record triangle = whittle_take_triangle(&context->scene->triangles, record);
+  const triangle_plane plane = whittle_plane(&triangle);
+  const packet_lanes from_packet = packet_lanes_of(p);
+  bool changed = false;
+  for (uint32_t at = from; at < p->count; at += V_LANES) {
+    if (enters[at / V_LANES] == 0)
+      continue;
+    const v_ray ray = lanes_ray(&from_packet, at);
+    const v_relative relative = v_relate(&ray, &triangle);
+    v_edges edges;
+    const v_mask open = v_and(lanes_open(&from_packet, at), v_from_bits(enters[at / V_LANES]));
+    const v_mask lanes = v_edge_test(&ray, &relative, open, &edges);
+    changed |= v_any(lanes) &&
+               group_decide(context, p, at, &ray, &relative, &plane, &edges, lanes, record, any);
+  }
+  return changed;
+}
+
 static inline void lecture_leaf(const trace_context *context, packet *p, const whittle_node *leaf,
                                 uint32_t first, const bool any) {
+  const uint32_t from = first / V_LANES * V_LANES;
+  uint32_t enters[WHITTLE_MAX_PACKET / V_LANES];
   bool changed = false;
-  for (uint32_t at = first / V_LANES * V_LANES; at < p->count; at += V_LANES) {
-    const uint32_t enters = group_enters(p, at, leaf->bounds_min, leaf->bounds_max);
-    for (uint32_t i = 0; enters && i < leaf->count; i++) {
-      const uint32_t record = leaf->left_first + i;
-      if (!context->masked || sees(context, &context->scene->triangles[record]))
-        changed |= group_triangle(context, p, at, enters, record, any, false);
-    }
-  }
+  for (uint32_t at = from; at < p->count; at += V_LANES)
+    enters[at / V_LANES] = group_enters(p, at, leaf->bounds_min, leaf->bounds_max);
+  for (uint32_t record = leaf->left_first; record < leaf->left_first + leaf->count; record++)
+    if (!context->masked || sees(context, record))
+      changed |= lecture_triangle(context, p, from, enters, record, any);
   if (changed)
     packet_deepest(p);
 }

@@ -5,10 +5,6 @@
 /* Arrays of exactly 4 KiB would all compete for the same lines of the first cache. */
 #define PACKET_ROOM (WHITTLE_MAX_PACKET + 16)
 
-/* Node intervals of packets are padded by folding this into 1 / direction, on top of the pad of the
- * triangles' own intervals. Rays have t_min >= 0 here: negative bounds need no pad. */
-#define NODE_PAD (2.0f * WHITTLE_NODE_PAD)
-
 /* Memory for the rays of a class that do not lie next to each other in their stream. */
 typedef struct packet_room {
   float origin[3][PACKET_ROOM] __attribute__((aligned(64)));
@@ -17,25 +13,29 @@ typedef struct packet_room {
   uint32_t record[PACKET_ROOM], skip[PACKET_ROOM];
 } packet_room;
 
+/* Where a packet's lines are seen from: they meet in a point. That is where the rays begin, or, for
+ * shadow rays, the light at which they end. */
+typedef enum packet_view { NO_VIEW, FROM_ORIGIN, FROM_END } packet_view;
+
 /* Rays of one class: same dominant axis, same octant, t_min >= 0. The arrays are the stream's own,
  * or those of `room`; the lanes behind `count` in the last group are dead. */
 typedef struct packet {
   uint32_t count;
   int axis;
   bool negative[3]; /* signs of the directions */
-  bool shared;      /* all rays have one origin, origin[..][0] */
-  uint32_t alive;   /* lanes not yet blocked, for any-hit rays */
-  uint32_t work;    /* tests of lane groups so far */
-  uint32_t alone;   /* how many packets go ray by ray before the next is tried together */
+  packet_view view;
+  float point[3];      /* where it is seen from */
+  float spread;        /* how far the lines may miss that point, and more for rounding */
+  bool looks_negative; /* the sense in which the view sees along the axis */
+  uint32_t alive;      /* lanes not yet blocked, for any-hit rays */
+  uint32_t work;       /* tests of lane groups so far */
+  uint32_t alone;      /* how many packets go ray by ray before the next is tried together */
   frustum whole;
   frustums groups;
-  uint32_t quarter;     /* lane groups in a quarter of the packet, a multiple of V_LANES */
-  float quarters[4][4]; /* least and most slope in x and y of each quarter */
   float *origin[3], *direction[3], *t_min, *t, *u, *v; /* t of a blocked lane is -infinity */
   uint32_t *record, *skip;
-  float inverse_near[3][PACKET_ROOM], inverse_far[3][PACKET_ROOM]; /* padded; unless shared */
+  float inverse[3][PACKET_ROOM]; /* 1 / direction; unless there is a view */
   float shear_x[PACKET_ROOM], shear_y[PACKET_ROOM];
-  uint32_t primitive[PACKET_ROOM];
   uint32_t slot[PACKET_ROOM]; /* where each came from in the stream */
   packet_room room;
 } packet;
@@ -124,7 +124,7 @@ static inline void packet_deepest(packet *p) {
 }
 
 /* Whether all rays start at one point. */
-static bool packet_shares(const packet *p) {
+static bool shares_origin(const packet *p) {
   v_mask same = v_from_bits((uint32_t)((1ull << V_LANES) - 1));
   for (int axis = 0; axis < 3; axis++) {
     const v_float origin = v_set(p->origin[axis][0]);
@@ -134,6 +134,45 @@ static bool packet_shares(const packet *p) {
   return v_bits(same) == (uint32_t)((1ull << V_LANES) - 1);
 }
 
+/* Ends this much of their length apart still count as one: the rectangles are grown by it. */
+#define END_SPREAD 0x1p-10f
+
+/* Whether all rays end at nearly one point; then `point` is it. */
+static bool shares_end(packet *p) {
+  const float t = p->t[0];
+  v_float off = v_set(0.0f), size = off, length = off;
+  v_mask same = v_from_bits((uint32_t)((1ull << V_LANES) - 1));
+  for (int axis = 0; axis < 3; axis++)
+    p->point[axis] = p->origin[axis][0] + p->direction[axis][0] * t;
+  for (uint32_t at = 0; at < p->count; at += V_LANES) {
+    same = v_and(same, v_eq(v_load(&p->t[at]), v_set(t)));
+    for (int axis = 0; axis < 3; axis++) {
+      const v_float origin = v_load(&p->origin[axis][at]);
+      const v_float along = v_load(&p->direction[axis][at]) * v_set(t);
+      off = v_max(v_abs((origin + along) - v_set(p->point[axis])), off);
+      size = v_max(v_abs(origin), size), length = v_max(v_abs(along), length);
+    }
+  }
+  const float reach = v_reduce_max(size) + v_reduce_max(length);
+  p->spread = 2.0f * v_reduce_max(off) + reach * FRUSTUM_SLACK;
+  return v_bits(same) == (uint32_t)((1ull << V_LANES) - 1) && reach <= FLT_MAX &&
+         p->spread <= v_reduce_max(length) * END_SPREAD;
+}
+
+static packet_view choose_view(packet *p, bool any) {
+  p->spread = 0.0f;
+  p->looks_negative = p->negative[p->axis];
+  if (shares_origin(p)) {
+    for (int axis = 0; axis < 3; axis++)
+      p->point[axis] = p->origin[axis][0];
+    return FROM_ORIGIN;
+  }
+  if (!any || !shares_end(p))
+    return NO_VIEW;
+  p->looks_negative = !p->negative[p->axis];
+  return FROM_END;
+}
+
 /* What the slab test of single rays reads, and the ranges of their origins. */
 static void prepare_origins(packet *p) {
   for (int axis = 0; axis < 3; axis++) {
@@ -141,21 +180,32 @@ static void prepare_origins(packet *p) {
     uint32_t g = 0;
     for (uint32_t at = 0; at < p->count; at += V_LANES, g++) {
       const v_float origin = v_load(&p->origin[axis][at]);
-      f->origin_min[axis][g] = p->shared ? p->origin[axis][0] : v_reduce_min(origin);
-      f->origin_max[axis][g] = p->shared ? p->origin[axis][0] : v_reduce_max(origin);
+      f->origin_min[axis][g] = v_reduce_min(origin);
+      f->origin_max[axis][g] = v_reduce_max(origin);
       /* + 0 turns -0 into 0, which is what the octant takes it for. */
       const v_float inverse = v_set(1.0f) / (v_load(&p->direction[axis][at]) + v_set(0.0f));
-      v_store(&p->inverse_near[axis][at], inverse * v_set(1.0f - NODE_PAD));
-      v_store(&p->inverse_far[axis][at], inverse * v_set(1.0f + NODE_PAD));
+      v_store(&p->inverse[axis][at], inverse);
     }
     p->whole.origin_min[axis] = least_of(f->origin_min[axis], g);
     p->whole.origin_max[axis] = most_of(f->origin_max[axis], g);
   }
 }
 
+/* The same of a packet with a view. */
+static void prepare_point(packet *p) {
+  for (int axis = 0; axis < 3; axis++) {
+    const float low = p->point[axis] - p->spread, high = p->point[axis] + p->spread;
+    p->whole.origin_min[axis] = low, p->whole.origin_max[axis] = high;
+    for (uint32_t g = 0; g < packet_groups(p); g += V_LANES) {
+      v_store(&p->groups.origin_min[axis][g], v_set(low));
+      v_store(&p->groups.origin_max[axis][g], v_set(high));
+    }
+  }
+}
+
 static void prepare_slopes(packet *p) {
   const int kz = p->axis, kx = v_next_axis[kz], ky = v_next_axis[kx];
-  const v_float sense = v_set(p->negative[kz] ? -1.0f : 1.0f);
+  const v_float sense = v_set(p->looks_negative ? -1.0f : 1.0f);
   frustums *f = &p->groups;
   uint32_t g = 0;
   for (uint32_t at = 0; at < p->count; at += V_LANES, g++) {
@@ -171,7 +221,6 @@ static void prepare_slopes(packet *p) {
     f->slope_min[kz][g] = f->slope_max[kz][g] = 1.0f;
     f->deepest[g] = group_deepest(p, at);
     v_storeu(&p->record[at], v_setu(WHITTLE_NONE));
-    v_storeu(&p->primitive[at], v_setu(WHITTLE_NONE));
   }
   for (int axis = 0; axis < 3; axis++) {
     p->whole.slope_min[axis] = least_of(f->slope_min[axis], g);
@@ -179,78 +228,85 @@ static void prepare_slopes(packet *p) {
   }
 }
 
-/* The slopes of a quarter of the packet, which in Z order is a square; NaN where it has no rays. */
-static void prepare_quarters(packet *p) {
-  const int x = v_next_axis[p->axis], y = v_next_axis[x];
-  const uint32_t groups = packet_groups(p), step = 4 * V_LANES;
-  p->quarter = (groups + step - 1) / step * V_LANES;
-  for (uint32_t q = 0; q < 4; q++) {
-    const uint32_t g = q * p->quarter;
-    const uint32_t count = g >= groups ? 0 : groups - g < p->quarter ? groups - g : p->quarter;
-    const float none = __builtin_nanf("");
-    p->quarters[0][q] = count ? least_of(p->groups.slope_min[x] + g, count) : none;
-    p->quarters[1][q] = count ? most_of(p->groups.slope_max[x] + g, count) : none;
-    p->quarters[2][q] = count ? least_of(p->groups.slope_min[y] + g, count) : none;
-    p->quarters[3][q] = count ? most_of(p->groups.slope_max[y] + g, count) : none;
-  }
-}
-
 /* Derives what the tests need of each ray, and the frustums. */
-static void packet_prepare(packet *p, bool lecture) {
+static void packet_prepare(packet *p, bool lecture, bool any) {
   packet_pad(p);
-  prepare_slopes(p);
-  packet_deepest(p);
   p->alive = p->count;
   p->work = 0;
-  p->shared = packet_shares(p);
-  if (lecture || !p->shared) {
+  p->view = choose_view(p, any);
+  if (lecture)
+    p->view = NO_VIEW, p->looks_negative = p->negative[p->axis];
+  prepare_slopes(p);
+  packet_deepest(p);
+  if (p->view == NO_VIEW) {
     prepare_origins(p);
     return;
   }
-  prepare_quarters(p);
-  for (int axis = 0; axis < 3; axis++) {
-    const v_float origin = v_set(p->origin[axis][0]);
-    p->whole.origin_min[axis] = p->whole.origin_max[axis] = p->origin[axis][0];
-    for (uint32_t g = 0; g < packet_groups(p); g += V_LANES) {
-      v_store(&p->groups.origin_min[axis][g], origin);
-      v_store(&p->groups.origin_max[axis][g], origin);
-    }
-  }
+  prepare_point(p);
 }
 
 /* ---- Tests
  * ---------------------------------------------------------------------------------------- */
 
-/* The lanes of a group that enter a box before their nearest hit. */
+/* The lanes of a group that enter a box before their nearest hit: v_slab for one octant. */
 static inline uint32_t group_enters(const packet *p, uint32_t at, const float low[3],
                                     const float high[3]) {
   v_float near = v_load(&p->t_min[at]), far = v_load(&p->t[at]);
+  v_float below[3], above[3], reach = v_set(0.0f);
   for (int axis = 0; axis < 3; axis++) {
     const v_float origin = v_load(&p->origin[axis][at]);
-    const v_float to_near = v_set(p->negative[axis] ? high[axis] : low[axis]) - origin;
-    const v_float to_far = v_set(p->negative[axis] ? low[axis] : high[axis]) - origin;
-    near = v_max(to_near * v_load(&p->inverse_near[axis][at]), near);
-    far = v_min(to_far * v_load(&p->inverse_far[axis][at]), far);
+    below[axis] = origin - v_set(low[axis]), above[axis] = v_set(high[axis]) - origin;
+    reach = v_max(v_max(below[axis], above[axis]), reach);
+  }
+  const v_float room = reach * v_set(WHITTLE_NODE_PAD);
+  for (int axis = 0; axis < 3; axis++) {
+    const v_float inverse = v_load(&p->inverse[axis][at]);
+    const v_float to_low = v_set(0.0f) - (below[axis] + room), to_high = above[axis] + room;
+    near = v_max((p->negative[axis] ? to_high : to_low) * inverse, near);
+    far = v_min((p->negative[axis] ? to_low : to_high) * inverse, far);
   }
   return v_bits(v_le(near, far));
 }
 
-static inline __attribute__((always_inline)) v_ray group_ray(const packet *p, uint32_t at) {
-  v_ray ray;
-  v_set_axes(&ray, p->axis);
+/* Where a packet keeps what the triangle test reads, in the order of the sheared space: a copy of
+ * the pointers, which the compiler can hold on to while vectors are stored. */
+typedef struct packet_lanes {
+  int axis[3];
+  const float *origin[3], *direction[3], *shear_x, *shear_y, *t_min, *t;
+} packet_lanes;
+
+static inline packet_lanes packet_lanes_of(const packet *p) {
+  v_ray order;
+  v_set_axes(&order, p->axis);
+  packet_lanes l = {.shear_x = p->shear_x, .shear_y = p->shear_y, .t_min = p->t_min, .t = p->t};
   for (int i = 0; i < 3; i++) {
-    ray.origin[i] = v_load(&p->origin[ray.axis[i]][at]);
-    ray.inverse[i] = v_set(1.0f) / v_load(&p->direction[ray.axis[i]][at]);
+    l.axis[i] = order.axis[i];
+    l.origin[i] = p->origin[order.axis[i]], l.direction[i] = p->direction[order.axis[i]];
   }
-  ray.shear_x = v_load(&p->shear_x[at]);
-  ray.shear_y = v_load(&p->shear_y[at]);
-  ray.t_min = v_load(&p->t_min[at]);
+  return l;
+}
+
+static inline __attribute__((always_inline)) v_ray lanes_ray(const packet_lanes *l, uint32_t at) {
+  v_ray ray;
+  for (int i = 0; i < 3; i++) {
+    ray.axis[i] = l->axis[i];
+    ray.origin[i] = v_load(l->origin[i] + at);
+    ray.inverse[i] = v_set(1.0f) / v_load(l->direction[i] + at);
+  }
+  ray.shear_x = v_load(l->shear_x + at);
+  ray.shear_y = v_load(l->shear_y + at);
+  ray.t_min = v_load(l->t_min + at);
   return ray;
+}
+
+/* Lanes of a group that still look for a hit. */
+static inline v_mask lanes_open(const packet_lanes *l, uint32_t at) {
+  return v_lt(v_load(l->t_min + at), v_load(l->t + at));
 }
 
 /* Records the lanes of `hit`; a blocked lane leaves the packet. */
 static inline void record_hits(packet *p, uint32_t at, v_mask hit, uint32_t record, v_float t,
-                               v_float u, v_float v, uint32_t primitive, const bool any) {
+                               v_float u, v_float v, const bool any) {
   v_storeu(&p->record[at], v_selectu(hit, v_setu(record), v_loadu(&p->record[at])));
   if (any) {
     p->alive -= (uint32_t)__builtin_popcount(v_bits(hit));
@@ -259,49 +315,38 @@ static inline void record_hits(packet *p, uint32_t at, v_mask hit, uint32_t reco
     v_store(&p->t[at], v_select(hit, t, v_load(&p->t[at])));
     v_store(&p->u[at], v_select(hit, u, v_load(&p->u[at])));
     v_store(&p->v[at], v_select(hit, v, v_load(&p->v[at])));
-    v_storeu(&p->primitive[at], v_selectu(hit, v_setu(primitive), v_loadu(&p->primitive[at])));
   }
   p->groups.deepest[at / V_LANES] = group_deepest(p, at);
 }
 
-static inline __attribute__((always_inline)) v_relative group_relative(
-    const packet *p, const v_ray *ray, const triangle_record *triangle, const bool shared) {
-  const float origin[3] = {p->origin[0][0], p->origin[1][0], p->origin[2][0]};
-  return shared ? v_relate_common(origin, ray, triangle) : v_relate(ray, triangle);
+/* Of the lanes tied with the nearest hit so far, those in which another triangle is the winner. */
+__attribute__((noinline, cold)) static uint32_t lost_ties(const trace_context *context,
+                                                          const packet *p, uint32_t at,
+                                                          uint32_t tied, uint32_t record) {
+  uint32_t lost = 0;
+  for (; tied; tied &= tied - 1) {
+    const uint32_t lane = (uint32_t)__builtin_ctz(tied);
+    if (!wins_tie(&context->scene->triangles, record, p->record[at + lane]))
+      lost |= 1u << lane;
+  }
+  return lost;
 }
 
-/* Lanes of a group that still look for a hit, and not for the triangle that they start from. */
-static inline v_mask group_open(const packet *p, uint32_t at, uint32_t record) {
-  const v_mask open = v_lt(v_load(&p->t_min[at]), v_load(&p->t[at]));
-  return v_andnot(open, v_equ(v_loadu(&p->skip[at]), v_setu(record)));
-}
-
-/* Whether the line of an open lane of the group meets the triangle. */
-static inline __attribute__((always_inline)) bool group_meets(const packet *p, uint32_t at,
-                                                              const triangle_record *triangle,
-                                                              uint32_t record, const bool shared) {
-  const v_ray ray = group_ray(p, at);
-  const v_relative relative = group_relative(p, &ray, triangle, shared);
-  v_edges edges;
-  return v_any(v_edge_test(&ray, &relative, group_open(p, at, record), &edges));
-}
-
-/* The exact test of one triangle for the lanes `active` of a group; true if a hit was recorded. */
+/* Decides the lanes of a group that have passed a triangle's edges; true if a hit was recorded. */
 static inline __attribute__((always_inline)) bool
-group_triangle(const trace_context *context, packet *p, uint32_t at, uint32_t active,
-               uint32_t record, const bool any, const bool shared) {
-  const triangle_record *triangle = &context->scene->triangles[record];
-  const v_ray ray = group_ray(p, at);
-  const v_relative relative = group_relative(p, &ray, triangle, shared);
-  v_mask lanes = group_open(p, at, record);
-  if (active != UINT32_MAX)
-    lanes = v_and(lanes, v_from_bits(active));
+group_decide(const trace_context *context, packet *p, uint32_t at, const v_ray *ray,
+             const v_relative *relative, const triangle_plane *plane, const v_edges *edges,
+             v_mask lanes, uint32_t record, const bool any) {
+  lanes = v_andnot(lanes, v_equ(v_loadu(&p->skip[at]), v_setu(record)));
   v_float t, u, v;
-  const v_mask hit =
-      v_triangle_test(&ray, &relative, triangle, lanes, v_load(&p->t[at]),
-                      v_loadu(&p->primitive[at]), &t, &u, &v, context->own_box_misses);
+  v_mask tied;
+  v_mask hit = v_decide(ray, relative, plane, edges, lanes, v_load(&p->t[at]), &t, &u, &v, &tied,
+                        context->own_box_misses);
+  const uint32_t even = v_bits(tied);
+  if (__builtin_expect(even != 0, 0))
+    hit = v_andnot(hit, v_from_bits(lost_ties(context, p, at, even, record)));
   if (!v_any(hit))
     return false;
-  record_hits(p, at, hit, record, t, u, v, triangle->primitive, any);
+  record_hits(p, at, hit, record, t, u, v, any);
   return true;
 }

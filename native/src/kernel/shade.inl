@@ -14,9 +14,9 @@ typedef struct material_block {
 #define MATERIAL_ROW(field) (offsetof(whittle_material, field) / sizeof(float))
 
 static inline const whittle_material *material_of(const whittle_scene *scene, uint32_t record) {
-  const triangle_record *r = &scene->triangles[record];
-  const mesh *m = &scene->meshes[scene->instances[r->instance].mesh];
-  return &scene->materials[m->materials ? m->materials[r->triangle] : 0];
+  const triangle_id id = scene->triangles.ids[record];
+  const mesh *m = &scene->meshes[scene->instances[id.instance].mesh];
+  return &scene->materials[m->materials ? m->materials[id.triangle] : 0];
 }
 
 static inline void gather_materials(const whittle_scene *scene, const uint32_t *records,

@@ -168,6 +168,14 @@ static inline v_float v_abs(v_float a) {
 static inline v_float v_sqrt(v_float a) {
   return _mm512_sqrt_ps(a);
 }
+/* a * b + c for bounds with room for either rounding: the only thing that may differ by machine. */
+static inline v_float v_fused(v_float a, v_float b, v_float c) {
+  return _mm512_fmadd_ps(a, b, c);
+}
+/* a, which is not negative, with the sign of b. */
+static inline v_float v_copysign(v_float a, v_float b) {
+  return _mm512_or_ps(a, _mm512_and_ps(b, _mm512_set1_ps(-0.0f)));
+}
 static inline v_mask v_lt(v_float a, v_float b) {
   return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
 }
@@ -260,6 +268,12 @@ static inline v_float v_abs(v_float a) {
 }
 static inline v_float v_sqrt(v_float a) {
   return _mm256_sqrt_ps(a);
+}
+static inline v_float v_fused(v_float a, v_float b, v_float c) {
+  return _mm256_fmadd_ps(a, b, c);
+}
+static inline v_float v_copysign(v_float a, v_float b) {
+  return _mm256_or_ps(a, _mm256_and_ps(b, _mm256_set1_ps(-0.0f)));
 }
 static inline v_mask v_lt(v_float a, v_float b) {
   return _mm256_cmp_ps(a, b, _CMP_LT_OQ);
@@ -359,6 +373,12 @@ static inline v_float v_abs(v_float a) {
 }
 static inline v_float v_sqrt(v_float a) {
   return _mm_sqrt_ps(a);
+}
+static inline v_float v_fused(v_float a, v_float b, v_float c) {
+  return a * b + c;
+}
+static inline v_float v_copysign(v_float a, v_float b) {
+  return _mm_or_ps(a, _mm_and_ps(b, _mm_set1_ps(-0.0f)));
 }
 static inline v_mask v_lt(v_float a, v_float b) {
   return _mm_cmplt_ps(a, b);

@@ -4,9 +4,9 @@
 
 typedef struct single_ray {
   s_ray exact;
+  v_ray lanes; /* the same in every lane, against as many triangles */
   f4_float origin, inverse;
   float best;
-  uint32_t best_primitive;
 } single_ray;
 
 typedef struct single_entry {
@@ -27,46 +27,108 @@ static inline void single_ray_load(const ray_stream *rays, uint32_t i, single_ra
   exact->shear_x = d[exact->axis[0]] / d[exact->axis[2]];
   exact->shear_y = d[exact->axis[1]] / d[exact->axis[2]];
   exact->t_min = rays->t_min[i];
+  v_set_axes(&ray->lanes, exact->axis[2]);
+  for (int k = 0; k < 3; k++)
+    ray->lanes.origin[k] = v_set(exact->origin[k]);
+  ray->lanes.shear_x = v_set(exact->shear_x), ray->lanes.shear_y = v_set(exact->shear_y);
   ray->origin = f4_make(o[0], o[1], o[2], 0.0f);
   ray->inverse = f4_set(1.0f) / f4_make(d[0], d[1], d[2], 1.0f);
   ray->best = rays->t[i];
-  ray->best_primitive = WHITTLE_NONE;
 }
 
 /* Whether the ray enters a node before its nearest hit, and where: s_slab of triangle.inl, four
  * lanes at a time (the fourth is not looked at). */
 static inline bool single_enters(const single_ray *ray, const whittle_node *node, float *entry) {
-  const f4_float low = f4_load3(node->bounds_min), high = f4_load3(node->bounds_max);
-  const f4_float lowest = f4_set(-__builtin_inff()), highest = f4_set(__builtin_inff());
-  const f4_float close = f4_by_sign(ray->inverse, low, high) - ray->origin;
-  const f4_float away = f4_by_sign(ray->inverse, high, low) - ray->origin;
-  const float n = f4_max3(f4_max(close * ray->inverse, lowest));
-  const float f = f4_min3(f4_min(away * ray->inverse, highest));
-  const float near = n - s_abs(n) * WHITTLE_NODE_PAD;
-  const float far = f + s_abs(f) * WHITTLE_NODE_PAD;
+  const f4_float nothing = f4_set(0.0f);
+  const f4_float below = ray->origin - f4_load3(node->bounds_min);
+  const f4_float above = f4_load3(node->bounds_max) - ray->origin;
+  const f4_float room = f4_set(f4_max3(f4_max(below, above)) * WHITTLE_NODE_PAD);
+  const f4_float to_low = nothing - (below + room), to_high = above + room;
+  const f4_float close = f4_by_sign(ray->inverse, to_low, to_high) * ray->inverse;
+  const f4_float away = f4_by_sign(ray->inverse, to_high, to_low) * ray->inverse;
+  const float near = f4_max3(f4_max(close, f4_set(-__builtin_inff())));
+  const float far = f4_min3(f4_min(away, f4_set(__builtin_inff())));
   *entry = s_max(near, ray->exact.t_min);
   return near <= far && near <= ray->best && far >= ray->exact.t_min;
+}
+
+/* The triangles of a block from `index` on whose edges the ray's line passes, V_LANES at a time. */
+static inline uint32_t single_edges(const single_ray *ray, const float *rows, uint32_t size,
+                                    uint32_t index, v_edges *edges) {
+  const v_ray *lanes = &ray->lanes;
+  v_relative r;
+  for (uint32_t vertex = 0; vertex < 3; vertex++) {
+    const float *at = rows + 3 * vertex * size + index;
+    r.x[vertex] = v_load(at + (uint32_t)lanes->axis[0] * size) - lanes->origin[0];
+    r.y[vertex] = v_load(at + (uint32_t)lanes->axis[1] * size) - lanes->origin[1];
+    r.z[vertex] = v_load(at + (uint32_t)lanes->axis[2] * size) - lanes->origin[2];
+  }
+  const uint32_t left = size - index;
+  const uint32_t there = left < V_LANES ? (1u << left) - 1 : (uint32_t)((1ull << V_LANES) - 1);
+  return there & v_bits(v_edge_test(lanes, &r, v_from_bits(there), edges));
+}
+
+/* Decides about triangle `record`, whose edges the ray's line passes; true if it is a new nearest
+ * hit. */
+static inline bool single_decide(const trace_context *context, ray_stream *rays, uint32_t i,
+                                 single_ray *ray, uint32_t record, const s_edges *edges) {
+  const triangle_store *store = &context->scene->triangles;
+  if (record == rays->skip[i] || (context->masked && !sees(context, record)))
+    return false;
+  const triangle_record triangle = whittle_take_triangle(store, record);
+  const s_relative relative = s_relate(&ray->exact, &triangle);
+  const triangle_plane plane = whittle_plane(&triangle);
+  float t, u, v;
+  int tied;
+  if (!s_decide(&ray->exact, &relative, &plane, edges, 1, ray->best, &t, &u, &v, &tied,
+                context->own_box_misses))
+    return false;
+  if (tied && !wins_tie(store, record, rays->record[i]))
+    return false;
+  ray->best = t;
+  rays->t[i] = t, rays->u[i] = u, rays->v[i] = v, rays->record[i] = record;
+  return true;
+}
+
+/* Tests those of `count` triangles from `first` on that are in one block; true if `any` and one is
+ * hit. Adds to `tested` those that come before that in order. */
+static inline bool single_block(const trace_context *context, ray_stream *rays, uint32_t i,
+                                single_ray *ray, uint32_t first, uint32_t begin, uint32_t end,
+                                uint32_t size, const bool any, uint32_t *tested) {
+  const float *rows = whittle_rows(&context->scene->triangles, first);
+  for (uint32_t at = begin; at < end; at += V_LANES) {
+    v_edges edges;
+    float u[V_LANES], v[V_LANES], w[V_LANES];
+    uint32_t passed = single_edges(ray, rows, size, at, &edges);
+    if (end - at < V_LANES)
+      passed &= (1u << (end - at)) - 1;
+    if (passed == 0)
+      continue;
+    v_store(u, edges.u), v_store(v, edges.v), v_store(w, edges.w);
+    for (; passed; passed &= passed - 1) {
+      const uint32_t lane = (uint32_t)__builtin_ctz(passed);
+      const s_edges one = {u[lane], v[lane], w[lane]};
+      if (single_decide(context, rays, i, ray, first + at + lane, &one) && any) {
+        *tested += at + lane + 1 - begin;
+        return true;
+      }
+    }
+  }
+  *tested += end - begin;
+  return false;
 }
 
 /* Tests a leaf's triangles; true if `any` and one is hit. */
 static inline bool single_leaf(const trace_context *context, ray_stream *rays, uint32_t i,
                                single_ray *ray, uint32_t first, uint32_t count, const bool any,
                                uint32_t *tested) {
-  const whittle_scene *scene = context->scene;
-  for (uint32_t r = first; r < first + count; r++) {
-    const triangle_record *triangle = &scene->triangles[r];
-    ++*tested;
-    if (r == rays->skip[i] || (context->masked && !sees(context, triangle)))
-      continue;
-    float t, u, v;
-    const s_relative relative = s_relate(&ray->exact, triangle);
-    if (!s_triangle_test(&ray->exact, &relative, triangle, 1, ray->best, ray->best_primitive, &t,
-                         &u, &v, context->own_box_misses))
-      continue;
-    ray->best = t, ray->best_primitive = triangle->primitive;
-    rays->t[i] = t, rays->u[i] = u, rays->v[i] = v, rays->record[i] = r;
-    if (any)
+  const triangle_store *store = &context->scene->triangles;
+  while (count > 0) {
+    const uint32_t begin = store->places[first] >> 4, size = store->places[first] & 15;
+    const uint32_t here = size - begin < count ? size - begin : count;
+    if (single_block(context, rays, i, ray, first - begin, begin, begin + here, size, any, tested))
       return true;
+    first += here, count -= here;
   }
   return false;
 }
@@ -80,7 +142,7 @@ static inline void single_charge(const ray_watch *watch, const trace_context *co
   row->instance_nodes[owner.instance]++;
   row->material_nodes[owner.material]++;
   for (uint32_t r = first; r < first + tested; r++) {
-    row->instance_triangles[context->scene->triangles[r].instance]++;
+    row->instance_triangles[context->scene->triangles.ids[r].instance]++;
     row->material_triangles[owners->materials[r]]++;
   }
 }

@@ -12,16 +12,16 @@ typedef struct corner_block {
   uint32_t smooth; /* lanes whose mesh has normals */
 } corner_block;
 
-static inline void gather_normals(const whittle_scene *scene, const triangle_record *r,
-                                  uint32_t lane, corner_block *block) {
-  const instance *placed = &scene->instances[r->instance];
+static inline void gather_normals(const whittle_scene *scene, triangle_id id, uint32_t lane,
+                                  corner_block *block) {
+  const instance *placed = &scene->instances[id.instance];
   const mesh *m = &scene->meshes[placed->mesh];
   if (m->normals == NULL)
     return;
   block->smooth |= 1u << lane;
-  const uint32_t *corner = &m->triangles[3 * (size_t)r->triangle];
+  const uint32_t *corner = &m->triangles[3 * (size_t)id.triangle];
   for (uint32_t i = 0; i < 3; i++) {
-    const size_t at = m->normals_by_corner ? 3 * (size_t)r->triangle + i : corner[i];
+    const size_t at = m->normals_by_corner ? 3 * (size_t)id.triangle + i : corner[i];
     for (uint32_t k = 0; k < 3; k++)
       block->normal[3 * i + k][lane] = m->normals[3 * at + k];
   }
@@ -35,16 +35,14 @@ static inline void gather_corners(const whittle_scene *scene, const ray_stream *
   block->smooth = 0;
   for (uint32_t lane = 0; lane < V_LANES; lane++) {
     const uint32_t i = hits[lane < lanes ? lane : 0];
-    const triangle_record *r = &scene->triangles[rays->record[i]];
-    for (uint32_t k = 0; k < 3; k++) {
-      block->vertex[k][lane] = r->v0[k];
-      block->vertex[3 + k][lane] = r->v1[k];
-      block->vertex[6 + k][lane] = r->v2[k];
-    }
-    block->side[lane] = scene->instances[r->instance].side;
+    const triangle_place place = whittle_find_triangle(&scene->triangles, rays->record[i]);
+    const triangle_id id = scene->triangles.ids[rays->record[i]];
+    for (uint32_t k = 0; k < 9; k++)
+      block->vertex[k][lane] = place.first[k * place.size];
+    block->side[lane] = scene->instances[id.instance].side;
     block->u[lane] = rays->u[i], block->v[lane] = rays->v[i];
     if (smooth)
-      gather_normals(scene, r, lane, block);
+      gather_normals(scene, id, lane, block);
   }
 }
 

@@ -109,7 +109,7 @@ static void write_hit(const tile_context *context, const tile_worker *w, uint32_
     *pixel_of(context, WHITTLE_PASS_DEPTH, x, y, 1) = (float)((double)t * context->depth_scale);
   if (pass[WHITTLE_PASS_OBJECT_INDEX])
     *pixel_of(context, WHITTLE_PASS_OBJECT_INDEX, x, y, 1) =
-        (float)scene->instances[scene->triangles[s->record[i]].instance].object_id;
+        (float)scene->instances[scene->triangles.ids[s->record[i]].instance].object_id;
   for (int k = 0; k < 3; k++) {
     if (pass[WHITTLE_PASS_POSITION])
       pixel_of(context, WHITTLE_PASS_POSITION, x, y, 3)[k] =

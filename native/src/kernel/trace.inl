@@ -2,8 +2,20 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 /* A stream of rays to its hits: cuts packets, sorts them into classes and picks the traversal. */
 
-static inline bool sees(const trace_context *context, const triangle_record *triangle) {
-  return context->scene->instances[triangle->instance].visibility & context->visibility;
+static inline bool sees(const trace_context *context, uint32_t record) {
+  const uint32_t instance = context->scene->triangles.ids[record].instance;
+  return context->scene->instances[instance].visibility & context->visibility;
+}
+
+/* Whether a triangle wins over the one hit so far at equal t; a ray that has hit none ends at its
+ * t_max, which is still a hit. */
+static inline bool wins_tie(const triangle_store *store, uint32_t record, uint32_t other) {
+#ifdef WHITTLE_BREAK_TIE
+  (void)store, (void)record;
+  return other == WHITTLE_NONE;
+#else
+  return other == WHITTLE_NONE || whittle_comes_first(store, record, other);
+#endif
 }
 
 #include "kernel/single.inl"
@@ -63,8 +75,11 @@ static inline bool fills_groups(const ray_stream *rays, uint32_t first, uint32_t
   return first % V_LANES == 0 && (count % V_LANES == 0 || first + count == rays->count);
 }
 
-static void trace_alone(const trace_context *context, ray_stream *rays, uint32_t i, bool any) {
-  any ? wide_single(context, rays, i, true, false) : wide_single(context, rays, i, false, false);
+/* The rays of a list, or with list NULL first .. first + count, without a packet. */
+static void trace_alone(const trace_context *context, ray_stream *rays, const uint32_t *list,
+                        uint32_t first, uint32_t count, bool any) {
+  any ? wide_alone(context, rays, list, first, count, true, false)
+      : wide_alone(context, rays, list, first, count, false, false);
 }
 
 /* False if the packet was given up. */
@@ -73,21 +88,21 @@ static bool traverse(const trace_context *context, packet *p, bool any) {
     any ? lecture_traverse(context, p, true) : lecture_traverse(context, p, false);
     return true;
   }
-  if (p->shared)
-    return any ? wide_traverse(context, p, true, true) : wide_traverse(context, p, false, true);
-  return any ? wide_traverse(context, p, true, false) : wide_traverse(context, p, false, false);
+  if (p->view == FROM_ORIGIN)
+    return any ? wide_traverse(context, p, true, FROM_ORIGIN)
+               : wide_traverse(context, p, false, FROM_ORIGIN);
+  if (p->view == FROM_END)
+    return wide_traverse(context, p, true, FROM_END);
+  return any ? wide_traverse(context, p, true, NO_VIEW) : wide_traverse(context, p, false, NO_VIEW);
 }
 
 /* Ray by ray from where a packet was given up; neighbours will hardly do better. */
 static void finish_alone(const trace_context *context, ray_stream *rays, packet *p,
                          bool consecutive, bool any) {
+  const uint32_t *list = consecutive ? NULL : p->slot;
   p->alone = 3;
-  for (uint32_t k = 0; k < p->count; k++) {
-    const uint32_t i = consecutive ? p->slot[0] + k : p->slot[k];
-    if (any && rays->record[i] != WHITTLE_NONE)
-      continue;
-    any ? wide_single(context, rays, i, true, true) : wide_single(context, rays, i, false, true);
-  }
+  any ? wide_alone(context, rays, list, p->slot[0], p->count, true, true)
+      : wide_alone(context, rays, list, p->slot[0], p->count, false, true);
 }
 
 static void trace_class(const trace_context *context, ray_stream *rays, packet *p, uint32_t class,
@@ -99,7 +114,7 @@ static void trace_class(const trace_context *context, ray_stream *rays, packet *
     packet_borrow(p, rays, count);
   else
     packet_gather(p, rays, count);
-  packet_prepare(p, context->mode == WHITTLE_LECTURE);
+  packet_prepare(p, context->mode == WHITTLE_LECTURE, any);
   const bool done = traverse(context, p, any);
   if (!consecutive)
     packet_scatter(p, rays, any);
@@ -112,8 +127,7 @@ static void trace_packet(const trace_context *context, ray_stream *rays, packet 
   const uint32_t least = context->mode == WHITTLE_LECTURE ? 1 : PACKET_LEAST;
   if (p->alone > 0) {
     p->alone--;
-    for (uint32_t i = first; i < first + count; i++)
-      trace_alone(context, rays, i, any);
+    trace_alone(context, rays, NULL, first, count, any);
     return;
   }
   const uint32_t class = ray_class(rays, first);
@@ -137,8 +151,7 @@ static void trace_packet(const trace_context *context, ray_stream *rays, packet 
     if (c != RAY_ALONE && members >= least)
       trace_class(context, rays, p, c, members, any, false);
     else
-      for (uint32_t i = 0; i < members; i++)
-        trace_alone(context, rays, p->slot[i], any);
+      trace_alone(context, rays, p->slot, 0, members, any);
   }
 }
 
@@ -153,8 +166,7 @@ static void trace_stream(const trace_context *context, ray_stream *rays, bool an
     for (uint32_t i = 0; i < rays->count; i++)
       any ? count_single(context, rays, i, true) : count_single(context, rays, i, false);
   } else if (context->mode == WHITTLE_SINGLE || context->packet <= 1) {
-    for (uint32_t i = 0; i < rays->count; i++)
-      trace_alone(context, rays, i, any);
+    trace_alone(context, rays, NULL, 0, rays->count, any);
   } else {
     packet p;
     p.alone = 0;

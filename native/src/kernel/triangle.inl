@@ -5,8 +5,7 @@
 /* Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2013, with its double-precision
  * fallback, and with the padded slab interval of the triangle's own box as part of the definition:
  * t at a grazing angle can otherwise lie before its box, and the winner would depend on the tree.
- * Every node's interval contains the interval of each triangle below it, because box.inl computes
- * both by the same monotonic operations; so no cull can lose a hit. */
+ * Every node's interval contains that of each triangle below it, so no cull can lose a hit. */
 
 #ifndef FAMILY
 #error "define FAMILY(name) as s_##name or v_##name"
@@ -35,28 +34,25 @@ static inline void FN(set_axes)(FN(ray) * ray, int dominant) {
   ray->axis[1] = FN(next_axis)[ray->axis[0]];
 }
 
-static inline REAL FN(bound_near)(REAL origin, REAL inverse, REAL low, REAL high) {
-  const REAL bound = FN(select)(FN(lt)(inverse, FN(set)(0.0f)), high, low);
-  return (bound - origin) * inverse;
-}
-
-static inline REAL FN(bound_far)(REAL origin, REAL inverse, REAL low, REAL high) {
-  const REAL bound = FN(select)(FN(lt)(inverse, FN(set)(0.0f)), low, high);
-  return (bound - origin) * inverse;
-}
-
-/* The padded interval of t in which a ray is inside a box. A direction of 0 makes 0 * infinity
- * where the origin lies on a face: that NaN is the first operand of min and max, and vanishes. */
-static inline void FN(slab)(const FN(ray) * ray, const float low[3], const float high[3],
+/* The interval of t in which a ray is inside a box grown by `pad`. All steps are monotonic, so that
+ * of a box contains those of all boxes in it. A direction of 0 makes 0 * infinity where the origin
+ * lies on a face: that NaN is the first operand of min and max, and vanishes. */
+static inline void FN(slab)(const FN(ray) * ray, const float low[3], const float high[3], float pad,
                             REAL *near, REAL *far) {
-  REAL n = FN(set)(-__builtin_inff()), f = FN(set)(__builtin_inff());
+  REAL below[3], above[3], reach = FN(set)(0.0f);
   for (int i = 0; i < 3; i++) {
-    const REAL l = FN(set)(low[ray->axis[i]]), h = FN(set)(high[ray->axis[i]]);
-    n = FN(max)(FN(bound_near)(ray->origin[i], ray->inverse[i], l, h), n);
-    f = FN(min)(FN(bound_far)(ray->origin[i], ray->inverse[i], l, h), f);
+    below[i] = ray->origin[i] - FN(set)(low[ray->axis[i]]);
+    above[i] = FN(set)(high[ray->axis[i]]) - ray->origin[i];
+    reach = FN(max)(FN(max)(below[i], above[i]), reach);
   }
-  *near = n - FN(abs)(n) * FN(set)(WHITTLE_SLAB_PAD);
-  *far = f + FN(abs)(f) * FN(set)(WHITTLE_SLAB_PAD);
+  const REAL room = reach * FN(set)(pad), nothing = FN(set)(0.0f);
+  *near = FN(set)(-__builtin_inff()), *far = FN(set)(__builtin_inff());
+  for (int i = 0; i < 3; i++) {
+    const MASK negative = FN(lt)(ray->inverse[i], nothing);
+    const REAL to_low = nothing - (below[i] + room), to_high = above[i] + room;
+    *near = FN(max)(FN(select)(negative, to_high, to_low) * ray->inverse[i], *near);
+    *far = FN(min)(FN(select)(negative, to_low, to_high) * ray->inverse[i], *far);
+  }
 }
 
 typedef struct FN(edges) {
@@ -149,38 +145,28 @@ static inline __attribute__((always_inline)) MASK FN(edge_test)(const FN(ray) * 
 /* t where the rays meet the triangle's plane: n.(v0 - o) / n.d. Weighing the vertices' depths by U,
  * V and W, as the paper does, is off by several per cent of a needle's length. */
 static inline REAL FN(plane_distance)(const FN(ray) * ray, const FN(relative) * r,
-                                      const triangle_record *triangle) {
-  float normal[3];
-  whittle_triangle_normal(triangle, normal);
-  const REAL nx = FN(set)(normal[ray->axis[0]]), ny = FN(set)(normal[ray->axis[1]]);
-  const REAL nz = FN(set)(normal[ray->axis[2]]);
+                                      const triangle_plane *plane) {
+  const REAL nx = FN(set)(plane->normal[ray->axis[0]]), ny = FN(set)(plane->normal[ray->axis[1]]);
+  const REAL nz = FN(set)(plane->normal[ray->axis[2]]);
   const REAL above = (nx * r->x[0] + ny * r->y[0]) + nz * r->z[0];
   const REAL along = (nx * ray->shear_x + ny * ray->shear_y) + nz;
   return above / along * ray->inverse[2];
 }
 
-/* The lanes of `active` that hit the triangle in (t_min, t_max], ranked by (t, primitive) before
- * the hit they have; t, u and v are valid in those. */
-static inline __attribute__((always_inline)) MASK
-FN(triangle_test)(const FN(ray) * ray, const FN(relative) * relative,
-                  const triangle_record *triangle, MASK active, REAL best, FN(uint) best_primitive,
-                  REAL *t, REAL *u, REAL *v, uint64_t *own_box_misses) {
-  FN(edges) edges;
-  active = FN(edge_test)(ray, relative, active, &edges);
-  if (FN(bits)(active) == 0)
-    return active;
-  const REAL determinant = (edges.u + edges.v) + edges.w;
+/* The lanes of `active`, which have passed the edges, that hit the triangle in (t_min, best]; t, u
+ * and v are valid in those. In those of `tied`, t is `best`: the order of triangles decides. */
+static inline __attribute__((always_inline)) MASK FN(decide)(const FN(ray) * ray,
+                                                             const FN(relative) * relative,
+                                                             const triangle_plane *plane,
+                                                             const FN(edges) * edges, MASK active,
+                                                             REAL best, REAL *t, REAL *u, REAL *v,
+                                                             MASK *tied, uint64_t *own_box_misses) {
+  const REAL determinant = (edges->u + edges->v) + edges->w;
   const REAL nothing = FN(set)(0.0f);
   active = FN(andnot)(active, FN(eq)(determinant, nothing));
-  REAL distance = FN(plane_distance)(ray, relative, triangle);
-
-  float low[3], high[3];
-  for (int i = 0; i < 3; i++) {
-    low[i] = s_min(s_min(triangle->v0[i], triangle->v1[i]), triangle->v2[i]);
-    high[i] = s_max(s_max(triangle->v0[i], triangle->v1[i]), triangle->v2[i]);
-  }
+  REAL distance = FN(plane_distance)(ray, relative, plane);
   REAL near, far;
-  FN(slab)(ray, low, high, &near, &far);
+  FN(slab)(ray, plane->low, plane->high, WHITTLE_BOX_PAD, &near, &far);
   const MASK inside = FN(le)(near, far);
   const uint32_t outside = FN(bits)(FN(andnot)(active, inside));
   if (__builtin_expect(outside != 0, 0))
@@ -189,22 +175,12 @@ FN(triangle_test)(const FN(ray) * ray, const FN(relative) * relative,
 #ifndef WHITTLE_BREAK_CLAMP
   distance = FN(min)(FN(max)(distance, near), far);
 #endif
-  active = FN (and)(active, FN(lt)(ray->t_min, distance));
-#ifndef WHITTLE_BREAK_TIE
-  const MASK earlier =
-      FN (and)(FN(eq)(distance, best), FN(above)(triangle->primitive, best_primitive));
-  active = FN (and)(active, FN(or)(FN(lt)(distance, best), earlier));
-#else
-  active = FN (and)(
-      active, FN(or)(FN(lt)(distance, best),
-                     FN (and)(FN(eq)(distance, best), FN(above)(UINT32_MAX - 1, best_primitive))));
-#endif
-  if (FN(bits)(active) == 0)
-    return active;
+  active = FN (and)(active, FN (and)(FN(lt)(ray->t_min, distance), FN(le)(distance, best)));
+  *tied = FN (and)(active, FN(eq)(distance, best));
   *t = distance;
   /* + 0 turns -0 into 0: mirrored shears would else differ in the sign of zero. */
-  *u = edges.v / determinant + nothing;
-  *v = edges.w / determinant + nothing;
+  *u = edges->v / determinant + nothing;
+  *v = edges->w / determinant + nothing;
   return active;
 }
 

@@ -17,32 +17,38 @@
  * rays would cost alone. Beyond that its rays have too little in common. */
 #define WORK_PER_RAY 12
 
+#define VIEW_ROOM (WHITTLE_BLOCK + V_LANES)
+
 typedef struct wide_entry {
-  uint32_t child, count; /* as in wide_node */
-  float front;           /* where the packet or ray comes to it */
+  wide_child child;
+  float front; /* where the packet or ray comes to it */
 } wide_entry;
 
-/* Four lines: a node, or the first five triangles of a leaf. A loop by size would be mispredicted.
- */
-static inline void wide_prefetch(const whittle_scene *scene, uint32_t child, uint32_t count) {
-  const char *first =
-      count ? (const char *)&scene->triangles[child] : (const char *)&scene->wide[child];
+/* Four lines: a node, or seven triangles of a leaf. A loop by size would be mispredicted. */
+static inline void wide_prefetch(const whittle_scene *scene, wide_child child) {
+  const char *first = wide_is_leaf(child)
+                          ? (const char *)whittle_rows(&scene->triangles, child.first)
+                          : (const char *)&scene->wide[child.first];
   whittle_prefetch(first), whittle_prefetch(first + 64);
   whittle_prefetch(first + 128), whittle_prefetch(first + 192);
 }
 
-/* Pushes the children in `reach`, the farthest first; gives the new height of the stack. */
+/* Pushes the children in `reach`, if `sorted` the farthest first; gives the new height of the
+ * stack.
+ */
 static inline uint32_t wide_push(const whittle_scene *scene, const wide_node *node, uint32_t reach,
-                                 const float front[], wide_entry *stack, uint32_t height) {
+                                 const float front[], wide_entry *stack, uint32_t height,
+                                 const bool sorted) {
   const uint32_t bottom = height;
   for (; reach; reach &= reach - 1) {
     const uint32_t i = (uint32_t)__builtin_ctz(reach);
-    const wide_entry entry = {node->child[i], node->count[i], front[i]};
-    wide_prefetch(scene, entry.child, entry.count);
+    const wide_child child = node->child[i];
+    const float at_front = front[i];
+    wide_prefetch(scene, child);
     uint32_t at = height++;
-    for (; at > bottom && stack[at - 1].front < entry.front; at--)
+    for (; sorted && at > bottom && stack[at - 1].front < at_front; at--)
       stack[at] = stack[at - 1];
-    stack[at] = entry;
+    stack[at].child = child, stack[at].front = at_front;
   }
   return height;
 }
@@ -58,7 +64,7 @@ static inline uint32_t wide_reach(const packet *p, const v_frustum *f, const wid
     v_float low[3], high[3], depth;
     for (int axis = 0; axis < 3; axis++)
       low[axis] = v_load(&node->low[axis][i]), high[axis] = v_load(&node->high[axis][i]);
-    const v_mask bits = frustum_reaches(f, p->axis, p->negative[p->axis], low, high, &depth);
+    const v_mask bits = frustum_reaches(f, p->axis, p->looks_negative, low, high, &depth);
     reach |= v_bits(bits) << i;
     v_store(front + i, depth);
   }
@@ -83,52 +89,63 @@ static inline uint32_t wide_entered(packet *p, const wide_node *node, uint32_t r
   return entered;
 }
 
-/* The triangles of a leaf as a packet sees them from its shared origin: the rectangles of their
+/* The triangles of a block as a packet sees them from where its lines meet: the rectangles of their
  * vertices' slopes, a triangle in each lane. */
-typedef struct leaf_view {
-  float low_x[4], high_x[4], low_y[4], high_y[4];
-  float front[4];  /* depth of the nearest vertex, with slack */
-  uint32_t seen;   /* triangles whose rectangle meets that of the packet */
-  uint32_t unsure; /* triangles that reach behind the origin: they have no rectangle */
-} leaf_view;
+typedef struct block_view {
+  /* x, y, z in the order of the sheared space, relative to the rays' origin if they share one. */
+  float vertex[9][VIEW_ROOM];
+  float low_x[VIEW_ROOM], high_x[VIEW_ROOM], low_y[VIEW_ROOM], high_y[VIEW_ROOM];
+  float front[VIEW_ROOM]; /* depth of the nearest vertex, with slack */
+  uint32_t seen;          /* triangles whose rectangle meets that of the packet */
+  uint32_t unsure;        /* triangles that reach behind the point: they have no rectangle */
+} block_view;
 
-/* Vertex `v` of up to four triangles less the origin, by axis. */
-static inline void gather_vertices(const packet *p, const triangle_record *triangles,
-                                   uint32_t count, uint32_t v, f4_float by_axis[4]) {
-  for (uint32_t i = 0; i < 4; i++)
-    by_axis[i] = f4_load((const float *)&triangles[i < count ? i : 0] + 4 * v);
-  f4_transpose(by_axis);
-  for (int axis = 0; axis < 3; axis++)
-    by_axis[axis] = by_axis[axis] - f4_set(p->origin[axis][0]);
+/* Triangles `at` to at + V_LANES of a block of `size`. */
+static inline void copy_vertices(const packet *p, const float *rows, uint32_t size, uint32_t at,
+                                 block_view *view) {
+  const uint32_t k = (uint32_t)p->axis, x = v_next_axis[k], y = v_next_axis[x];
+  const uint32_t order[3] = {x, y, k};
+  for (uint32_t row = 0; row < 9; row++)
+    v_store(&view->vertex[row][at], v_load(rows + (row / 3 * 3 + order[row % 3]) * size + at));
 }
 
-static inline leaf_view view_leaf(const packet *p, const triangle_record *triangles,
-                                  uint32_t count) {
-  const int k = p->axis, x = v_next_axis[k], y = v_next_axis[x];
-  const f4_float sense = f4_set(p->negative[k] ? -1.0f : 1.0f), pad = f4_set(RECTANGLE_PAD);
-  f4_float low_x = f4_set(__builtin_inff()), high_x = f4_set(-__builtin_inff());
-  f4_float low_y = low_x, high_y = high_x, front = low_x, back = high_x;
-  for (uint32_t v = 0; v < 3; v++) {
-    f4_float at[4];
-    gather_vertices(p, triangles, count, v, at);
-    const f4_float depth = at[k] * sense, inverse = f4_set(1.0f) / depth;
-    const f4_float slope_x = at[x] * inverse, slope_y = at[y] * inverse;
-    front = f4_min(depth, front), back = f4_max(depth, back);
-    low_x = f4_min(slope_x, low_x), high_x = f4_max(slope_x, high_x);
-    low_y = f4_min(slope_y, low_y), high_y = f4_max(slope_y, high_y);
+/* The same as seen from the packet's point. */
+static inline void view_lanes(const packet *p, const float *rows, uint32_t size, uint32_t at,
+                              block_view *view, const packet_view from) {
+  const uint32_t k = (uint32_t)p->axis, x = v_next_axis[k], y = v_next_axis[x];
+  const uint32_t order[3] = {x, y, k};
+  const v_float sense = v_set(p->looks_negative ? -1.0f : 1.0f), nothing = v_set(0.0f);
+  v_float low_x = v_set(__builtin_inff()), high_x = v_set(-__builtin_inff());
+  v_float low_y = low_x, high_y = high_x, front = low_x, back = high_x;
+  for (uint32_t vertex = 0; vertex < 3; vertex++) {
+    v_float to[3];
+    for (uint32_t i = 0; i < 3; i++) {
+      const v_float there = v_load(rows + (3 * vertex + order[i]) * size + at);
+      to[i] = there - v_set(p->point[order[i]]);
+      v_store(&view->vertex[3 * vertex + i][at], from == FROM_ORIGIN ? to[i] : there);
+    }
+    const v_float depth = to[2] * sense, inverse = v_set(1.0f) / depth;
+    const v_float slope_x = to[0] * inverse, slope_y = to[1] * inverse;
+    front = v_min(depth, front), back = v_max(depth, back);
+    low_x = v_min(slope_x, low_x), high_x = v_max(slope_x, high_x);
+    low_y = v_min(slope_y, low_y), high_y = v_max(slope_y, high_y);
   }
-  const uint32_t lanes = (1u << count) - 1;
+  const uint32_t left = size - at;
+  const uint32_t there = left < V_LANES ? (1u << left) - 1 : (uint32_t)((1ull << V_LANES) - 1);
+  const v_float behind = v_set(p->spread);
+  view->unsure |= (there & v_bits(v_and(v_le(front, behind), v_le(nothing, back + behind)))) << at;
+  const v_float pad = v_set(RECTANGLE_PAD) + behind / front;
   low_x = low_x - pad, low_y = low_y - pad, high_x = high_x + pad, high_y = high_y + pad;
-  leaf_view view = {.unsure = lanes & f4_le(front, f4_set(0.0f)) & f4_le(f4_set(0.0f), back)};
-  front = front * f4_set(1.0f - FRUSTUM_SLACK);
-  view.seen =
-      lanes & ~f4_le(front, f4_set(0.0f)) & f4_le(front, f4_set(p->whole.deepest)) &
-      f4_le(low_x, f4_set(p->whole.slope_max[x])) & f4_le(f4_set(p->whole.slope_min[x]), high_x) &
-      f4_le(low_y, f4_set(p->whole.slope_max[y])) & f4_le(f4_set(p->whole.slope_min[y]), high_y);
-  f4_store(view.low_x, low_x), f4_store(view.high_x, high_x);
-  f4_store(view.low_y, low_y), f4_store(view.high_y, high_y);
-  f4_store(view.front, front);
-  return view;
+  const v_float nearest = front * v_set(1.0f - FRUSTUM_SLACK) - behind;
+  v_mask seen = v_and(v_lt(behind, front), v_le(nearest, v_set(p->whole.deepest)));
+  seen = v_and(seen, v_and(v_le(low_x, v_set(p->whole.slope_max[x])),
+                           v_le(v_set(p->whole.slope_min[x]), high_x)));
+  seen = v_and(seen, v_and(v_le(low_y, v_set(p->whole.slope_max[y])),
+                           v_le(v_set(p->whole.slope_min[y]), high_y)));
+  view->seen |= (there & v_bits(seen)) << at;
+  v_store(&view->low_x[at], low_x), v_store(&view->high_x[at], high_x);
+  v_store(&view->low_y[at], low_y), v_store(&view->high_y[at], high_y);
+  v_store(&view->front[at], nearest);
 }
 
 static inline uint32_t groups_from(const packet *p, uint32_t g) {
@@ -137,7 +154,7 @@ static inline uint32_t groups_from(const packet *p, uint32_t g) {
 }
 
 /* The groups among V_LANES from `g` on whose rays pass through triangle i's rectangle, as bits. */
-static inline uint32_t groups_through(const packet *p, uint32_t g, const leaf_view *view,
+static inline uint32_t groups_through(const packet *p, uint32_t g, const block_view *view,
                                       uint32_t i) {
   const frustums *f = &p->groups;
   const int x = v_next_axis[p->axis], y = v_next_axis[x];
@@ -149,127 +166,198 @@ static inline uint32_t groups_through(const packet *p, uint32_t g, const leaf_vi
   return v_bits(at) & groups_from(p, g);
 }
 
-/* The quarters of the packet whose rays pass through triangle i's rectangle, as bits. */
-static inline uint32_t quarters_through(const packet *p, const leaf_view *view, uint32_t i) {
-  return f4_le(f4_load(p->quarters[0]), f4_set(view->high_x[i])) &
-         f4_le(f4_set(view->low_x[i]), f4_load(p->quarters[1])) &
-         f4_le(f4_load(p->quarters[2]), f4_set(view->high_y[i])) &
-         f4_le(f4_set(view->low_y[i]), f4_load(p->quarters[3]));
-}
-
 /* The groups among V_LANES from `g` on whose frustums reach the triangle's box, as bits. */
-static inline uint32_t groups_reaching(const packet *p, uint32_t g,
-                                       const triangle_record *triangle) {
+static inline uint32_t groups_reaching(const packet *p, uint32_t g, const v_float low[3],
+                                       const v_float high[3]) {
   const v_frustum f = frustums_load(&p->groups, g);
-  v_float low[3], high[3], depth;
-  for (int i = 0; i < 3; i++) {
-    low[i] = v_set(s_min(s_min(triangle->v0[i], triangle->v1[i]), triangle->v2[i]));
-    high[i] = v_set(s_max(s_max(triangle->v0[i], triangle->v1[i]), triangle->v2[i]));
-  }
-  return v_bits(frustum_reaches(&f, p->axis, p->negative[p->axis], low, high, &depth)) &
+  v_float depth;
+  return v_bits(frustum_reaches(&f, p->axis, p->looks_negative, low, high, &depth)) &
          groups_from(p, g);
 }
 
-/* Pairs of a triangle and a lane group that may hit it. Lists without branches, then tests: what
- * the processor cannot foresee costs more than arithmetic. */
+/* Pairs of a triangle of the block and a lane group that may hit it. Lists without branches, then
+ * tests: what the processor cannot foresee costs more than arithmetic. */
 typedef struct pair {
-  uint32_t record, at;
+  uint32_t index, at;
 } pair;
 
-#define MOST_PAIRS (4 * WHITTLE_MAX_PACKET / V_LANES)
+#define MOST_PAIRS (WHITTLE_BLOCK * WHITTLE_MAX_PACKET / V_LANES)
 
-static inline uint32_t add_pairs(pair *pairs, uint32_t n, uint32_t record, uint32_t g,
-                                 uint32_t at) {
+static inline uint32_t add_pairs(pair *pairs, uint32_t n, uint32_t index, uint32_t g, uint64_t at) {
   for (; at; at &= at - 1)
-    pairs[n++] = (pair){record, (g + (uint32_t)__builtin_ctz(at)) * V_LANES};
+    pairs[n++] = (pair){index, (g + (uint32_t)__builtin_ctzll(at)) * V_LANES};
   return n;
 }
 
-/* The pairs of triangle `record`: groups in its rectangle (view), or without one those whose
- * frustum reaches its box (view NULL). */
-static inline uint32_t list_triangle(const trace_context *context, const packet *p, uint32_t record,
-                                     const leaf_view *view, uint32_t i, pair *pairs, uint32_t n) {
-  const triangle_record *triangle = &context->scene->triangles[record];
+/* The pairs of triangle i with the groups that pass through its rectangle. */
+static inline uint32_t list_seen(const packet *p, const block_view *view, uint32_t i, pair *pairs,
+                                 uint32_t n) {
   const uint32_t groups = packet_groups(p);
-  if (context->masked && !sees(context, triangle))
-    return n;
-  if (view == NULL) {
-    for (uint32_t g = 0; g < groups; g += V_LANES)
-      n = add_pairs(pairs, n, record, g, groups_reaching(p, g, triangle));
-    return n;
-  }
-  for (uint32_t quarter = quarters_through(p, view, i); quarter; quarter &= quarter - 1) {
-    const uint32_t from = (uint32_t)__builtin_ctz(quarter) * p->quarter;
-    for (uint32_t g = from; g < from + p->quarter && g < groups; g += V_LANES)
-      n = add_pairs(pairs, n, record, g, groups_through(p, g, view, i));
+  for (uint32_t from = 0; from < groups; from += 64) {
+    const uint32_t end = groups < from + 64 ? groups : from + 64;
+    uint64_t through = 0;
+    for (uint32_t g = from; g < end; g += V_LANES)
+      through |= (uint64_t)groups_through(p, g, view, i) << (g - from);
+    n = add_pairs(pairs, n, i, from, through);
   }
   return n;
 }
 
-/* Keeps the pairs in which a line meets the triangle, then decides those. */
-static inline __attribute__((always_inline)) void test_pairs(const trace_context *context,
-                                                             packet *p, pair *pairs, uint32_t count,
-                                                             const bool any, const bool shared) {
+/* The pairs of triangle i, without a view, with the groups whose frustums reach its box. */
+static inline uint32_t list_reached(const packet *p, const float *rows, uint32_t size, uint32_t i,
+                                    pair *pairs, uint32_t n) {
+  v_float low[3], high[3];
+  for (uint32_t axis = 0; axis < 3; axis++) {
+    const float a = rows[axis * size + i], b = rows[(3 + axis) * size + i];
+    const float c = rows[(6 + axis) * size + i];
+    low[axis] = v_set(s_min(s_min(a, b), c)), high[axis] = v_set(s_max(s_max(a, b), c));
+  }
+  for (uint32_t g = 0; g < packet_groups(p); g += V_LANES)
+    n = add_pairs(pairs, n, i, g, groups_reaching(p, g, low, high));
+  return n;
+}
+
+/* Triangle i of a block relative to the rays' origins. */
+static inline __attribute__((always_inline)) v_relative block_relative(const v_ray *ray,
+                                                                       const block_view *view,
+                                                                       uint32_t i,
+                                                                       const bool common) {
+  v_relative r;
+  for (uint32_t vertex = 0; vertex < 3; vertex++) {
+    v_float *to[3] = {r.x, r.y, r.z};
+    for (uint32_t k = 0; k < 3; k++) {
+      to[k][vertex] = v_set(view->vertex[3 * vertex + k][i]);
+      if (!common)
+        to[k][vertex] = to[k][vertex] - ray->origin[k];
+    }
+  }
+  return r;
+}
+
+/* A pair in which a line passes the triangle's edges. */
+typedef struct passed_pair {
+  v_edges edges;
+  v_mask lanes;
+  pair pair;
+} passed_pair;
+
+/* Keeps the pairs in which a line passes the edges; gives their number. */
+static inline __attribute__((always_inline)) uint32_t pass_edges(const packet *p,
+                                                                 const block_view *view,
+                                                                 const pair *pairs, uint32_t count,
+                                                                 passed_pair *passed,
+                                                                 const bool common) {
+  const packet_lanes lanes = packet_lanes_of(p);
   uint32_t kept = 0;
-  bool changed = false;
-  p->work += 2 * count;
   for (uint32_t i = 0; i < count; i++) {
     const pair now = pairs[i];
-    pairs[kept] = now;
-    kept += group_meets(p, now.at, &context->scene->triangles[now.record], now.record, shared);
+    const v_ray ray = lanes_ray(&lanes, now.at);
+    const v_relative relative = block_relative(&ray, view, now.index, common);
+    passed_pair *next = &passed[kept];
+    next->lanes = v_edge_test(&ray, &relative, lanes_open(&lanes, now.at), &next->edges);
+    next->pair = now;
+    kept += v_any(next->lanes);
   }
-  for (uint32_t i = 0; i < kept; i++)
-    changed |= group_triangle(context, p, pairs[i].at, UINT32_MAX, pairs[i].record, any, shared);
+  return kept;
+}
+
+/* Tests the pairs of a block. */
+static inline __attribute__((always_inline)) void
+test_pairs(const trace_context *context, packet *p, uint32_t first, const block_view *view,
+           const pair *pairs, uint32_t count, passed_pair *passed, const bool any,
+           const bool common) {
+  const uint32_t kept = pass_edges(p, view, pairs, count, passed, common);
+  const packet_lanes lanes = packet_lanes_of(p);
+  uint32_t now = WHITTLE_NONE;
+  bool changed = false;
+  triangle_plane plane;
+  p->work += 2 * count;
+  for (uint32_t i = 0; i < kept; i++) {
+    const pair at = passed[i].pair;
+    if (at.index != now) {
+      const triangle_record triangle =
+          whittle_take_triangle(&context->scene->triangles, first + at.index);
+      plane = whittle_plane(&triangle), now = at.index;
+    }
+    const v_ray ray = lanes_ray(&lanes, at.at);
+    const v_relative relative = block_relative(&ray, view, at.index, common);
+    v_mask open = passed[i].lanes;
+    if (any)
+      open = v_and(open, lanes_open(&lanes, at.at));
+    changed |= group_decide(context, p, at.at, &ray, &relative, &plane, &passed[i].edges, open,
+                            first + at.index, any);
+  }
   if (changed)
     packet_deepest(p);
 }
 
+/* The triangles of a block that a packet does not see. */
+static inline uint32_t hidden(const trace_context *context, uint32_t first, uint32_t size) {
+  uint32_t bits = 0;
+  for (uint32_t i = 0; i < size; i++)
+    bits |= (uint32_t)!sees(context, first + i) << i;
+  return bits;
+}
+
+static inline __attribute__((always_inline)) void
+wide_block(const trace_context *context, packet *p, uint32_t first, uint32_t size,
+           passed_pair *passed, const bool any, const packet_view from) {
+  const float *rows = whittle_rows(&context->scene->triangles, first);
+  pair pairs[MOST_PAIRS];
+  block_view view;
+  uint32_t n = 0, masked = context->masked ? hidden(context, first, size) : 0;
+  uint32_t rest = ((1u << size) - 1) & ~masked;
+  for (uint32_t at = 0; from == NO_VIEW && at < size; at += V_LANES)
+    copy_vertices(p, rows, size, at, &view);
+  if (from != NO_VIEW) {
+    view.seen = view.unsure = 0;
+    for (uint32_t at = 0; at < size; at += V_LANES)
+      view_lanes(p, rows, size, at, &view, from);
+    for (uint32_t seen = view.seen & rest; seen; seen &= seen - 1)
+      n = list_seen(p, &view, (uint32_t)__builtin_ctz(seen), pairs, n);
+    rest &= view.unsure;
+  }
+  for (; rest; rest &= rest - 1)
+    n = list_reached(p, rows, size, (uint32_t)__builtin_ctz(rest), pairs, n);
+  test_pairs(context, p, first, &view, pairs, n, passed, any, from == FROM_ORIGIN);
+}
+
 static inline __attribute__((always_inline)) void wide_leaf(const trace_context *context, packet *p,
                                                             uint32_t first, uint32_t count,
-                                                            const bool any, const bool shared) {
-  pair pairs[MOST_PAIRS];
-  uint32_t n = 0;
-  for (uint32_t part = 0; part < count; part += 4) {
-    const uint32_t from = first + part, size = count - part < 4 ? count - part : 4;
-    uint32_t rest = (1u << size) - 1;
-    if (shared) {
-      const leaf_view view = view_leaf(p, &context->scene->triangles[from], size);
-      rest = view.unsure;
-      for (uint32_t seen = view.seen; seen; seen &= seen - 1)
-        n = list_triangle(context, p, from + (uint32_t)__builtin_ctz(seen), &view,
-                          (uint32_t)__builtin_ctz(seen), pairs, n);
-    }
-    for (; rest; rest &= rest - 1)
-      n = list_triangle(context, p, from + (uint32_t)__builtin_ctz(rest), NULL, 0, pairs, n);
-    test_pairs(context, p, pairs, n, any, shared);
-    n = 0;
+                                                            passed_pair *passed, const bool any,
+                                                            const packet_view from) {
+  for (uint32_t part = 0; part < count; part += WHITTLE_BLOCK) {
+    const uint32_t left = count - part;
+    wide_block(context, p, first + part, left < WHITTLE_BLOCK ? left : WHITTLE_BLOCK, passed, any,
+               from);
   }
 }
 
 /* False if the packet came to no end within its budget; what it found until then holds. */
 static inline __attribute__((always_inline)) bool
-wide_traverse(const trace_context *context, packet *p, const bool any, const bool shared) {
+wide_traverse(const trace_context *context, packet *p, const bool any, const packet_view from) {
   const whittle_scene *scene = context->scene;
   wide_entry stack[WIDE_STACK];
   float front[WHITTLE_WIDTH + V_LANES];
+  passed_pair passed[MOST_PAIRS];
   uint32_t height = 1;
-  stack[0] = (wide_entry){.child = 0, .count = 0};
+  stack[0] = (wide_entry){.child = {0, WIDE_NODE}};
   while (height > 0 && p->alive > 0) {
     const wide_entry entry = stack[--height];
     if (entry.front > p->whole.deepest)
       continue;
     if (p->work > WORK_PER_RAY * p->count)
       return false;
-    if (entry.count > 0) {
-      wide_leaf(context, p, entry.child, entry.count, any, shared);
+    if (wide_is_leaf(entry.child)) {
+      wide_leaf(context, p, entry.child.first, entry.child.count, passed, any, from);
       continue;
     }
-    const wide_node *node = &scene->wide[entry.child];
+    const wide_node *node = &scene->wide[entry.child.first];
     const v_frustum f = frustum_everywhere(&p->whole);
     uint32_t reach = wide_reach(p, &f, node, front);
-    if (!shared)
+    if (from == NO_VIEW)
       reach = wide_entered(p, node, reach);
-    height = wide_push(scene, node, reach, front, stack, height);
+    height = wide_push(scene, node, reach, front, stack, height, !any);
   }
   return true;
 }
@@ -277,30 +365,81 @@ wide_traverse(const trace_context *context, packet *p, const bool any, const boo
 /* ---- Single rays
  * -------------------------------------------------------------------------------------- */
 
+/* What a ray needs at every node: where the bounds that it meets first and last begin in one, and
+ * itself in every lane. */
+typedef struct wide_ray {
+  uint32_t near[3], far[3]; /* floats into a node */
+  v_float origin[3], inverse[3], t_min;
+  v_float quick[3], begin[3], end[3]; /* of the quick test */
+} wide_ray;
+
+/* The quick test is bound * quick + begin: the rounding of all its steps, and the pad of all boxes
+ * in the scene, are folded into `begin` and `end` as 2^-19 of what any bound may be away. `quick`
+ * is the inverse direction, kept finite: axes that a ray does not move along still cull. */
+#define QUICK_PAD (2.0f * WHITTLE_BOX_PAD)
+#define QUICK_MOST 0x1p60f
+
+static inline void wide_ray_load(const single_ray *ray, wide_ray *w) {
+  const uint32_t low = offsetof(wide_node, low) / sizeof(float);
+  const uint32_t high = offsetof(wide_node, high) / sizeof(float);
+  const float *o = ray->exact.origin;
+  const float away = s_max(s_max(s_abs(o[0]), s_abs(o[1])), s_abs(o[2])) + 1.0f;
+  w->t_min = v_set(ray->exact.t_min);
+  for (int i = 0; i < 3; i++) {
+    const uint32_t axis = WHITTLE_WIDTH * (uint32_t)ray->exact.axis[i];
+    const float inverse = ray->exact.inverse[i];
+    const bool negative = inverse < 0.0f;
+    const float quick = s_max(s_min(inverse, QUICK_MOST), -QUICK_MOST);
+    const float room = away * s_abs(quick) * (QUICK_PAD - WHITTLE_BOX_PAD + WHITTLE_NODE_PAD);
+    w->near[i] = (negative ? high : low) + axis, w->far[i] = (negative ? low : high) + axis;
+    w->origin[i] = v_set(o[i]), w->inverse[i] = v_set(inverse), w->quick[i] = v_set(quick);
+    w->begin[i] = v_set(-(o[i] * quick) - room), w->end[i] = v_set(-(o[i] * quick) + room);
+  }
+}
+
 /* The children that a ray enters before its nearest hit, and where: s_slab, a child in each lane.
  */
-static inline uint32_t wide_ray_reach(const single_ray *ray, const wide_node *node, float front[]) {
-  const s_ray *exact = &ray->exact;
-  const v_float pad = v_set(WHITTLE_NODE_PAD);
-  uint32_t reach = 0;
+static inline uint32_t wide_fine_reach(const wide_ray *ray, float best, const wide_node *node,
+                                       float front[]) {
+  const float *numbers = (const float *)node;
+  uint32_t found = 0;
   for (uint32_t i = 0; i < WHITTLE_WIDTH; i += WIDE_LANES) {
-    v_float near = v_set(-__builtin_inff()), far = v_set(__builtin_inff());
-    v_mask there = v_le(v_load(&node->low[0][i]), v_load(&node->high[0][i]));
-    for (int axis = 0; axis < 3; axis++) {
-      const int k = exact->axis[axis];
-      const bool negative = exact->inverse[axis] < 0.0f;
-      const v_float origin = v_set(exact->origin[axis]), inverse = v_set(exact->inverse[axis]);
-      near =
-          v_max((v_load(negative ? &node->high[k][i] : &node->low[k][i]) - origin) * inverse, near);
-      far =
-          v_min((v_load(negative ? &node->low[k][i] : &node->high[k][i]) - origin) * inverse, far);
+    v_float near = ray->t_min, far = v_set(best);
+    v_float to_near[3], to_far[3], reach = v_set(0.0f);
+    for (int k = 0; k < 3; k++) {
+      to_near[k] = v_load(numbers + ray->near[k] + i) - ray->origin[k];
+      to_far[k] = v_load(numbers + ray->far[k] + i) - ray->origin[k];
+      reach = v_max(v_max(v_abs(to_near[k]), v_abs(to_far[k])), reach);
     }
-    near = near - v_abs(near) * pad, far = far + v_abs(far) * pad;
-    there = v_and(there, v_and(v_le(near, far), v_le(near, v_set(ray->best))));
-    reach |= v_bits(v_and(there, v_le(v_set(exact->t_min), far))) << i;
+    const v_float room = reach * v_set(WHITTLE_NODE_PAD);
+    for (int k = 0; k < 3; k++) {
+      const v_float outwards = v_copysign(room, ray->inverse[k]);
+      near = v_max((to_near[k] - outwards) * ray->inverse[k], near);
+      far = v_min((to_far[k] + outwards) * ray->inverse[k], far);
+    }
+    const v_mask there = v_eq(v_load(&node->low[0][i]), v_load(&node->low[0][i]));
+    found |= v_bits(v_and(there, v_le(near, far))) << i;
     v_store(front + i, near);
   }
-  return reach & ((1u << WHITTLE_WIDTH) - 1);
+  return found & ((1u << WHITTLE_WIDTH) - 1);
+}
+
+/* At least those of wide_fine_reach, at no later fronts. */
+static inline uint32_t wide_quick_reach(const wide_ray *ray, float best, const wide_node *node,
+                                        float front[]) {
+  const float *numbers = (const float *)node;
+  uint32_t found = 0;
+  for (uint32_t i = 0; i < WHITTLE_WIDTH; i += WIDE_LANES) {
+    v_float near = ray->t_min, far = v_set(best);
+    for (int k = 0; k < 3; k++) {
+      near = v_max(v_fused(v_load(numbers + ray->near[k] + i), ray->quick[k], ray->begin[k]), near);
+      far = v_min(v_fused(v_load(numbers + ray->far[k] + i), ray->quick[k], ray->end[k]), far);
+    }
+    const v_mask there = v_eq(v_load(&node->low[0][i]), v_load(&node->low[0][i]));
+    found |= v_bits(v_and(there, v_le(near, far))) << i;
+    v_store(front + i, near);
+  }
+  return found & ((1u << WHITTLE_WIDTH) - 1);
 }
 
 /* One ray; with `resume` it goes on from the hit that a packet found for it. */
@@ -309,27 +448,46 @@ static inline __attribute__((always_inline)) void wide_single(const trace_contex
                                                               const bool any, const bool resume) {
   const whittle_scene *scene = context->scene;
   single_ray ray;
+  wide_ray wide;
   wide_entry stack[WIDE_STACK];
   float front[WHITTLE_WIDTH + V_LANES];
-  uint32_t height = 1, tested = 0;
-  single_ray_load(rays, i, &ray);
+  uint32_t height = 0, tested = 0;
   if (!resume)
     rays->record[i] = WHITTLE_NONE;
-  else if (rays->record[i] != WHITTLE_NONE)
-    ray.best_primitive = scene->triangles[rays->record[i]].primitive;
-  if (!(ray.best > ray.exact.t_min))
+  else if (any && rays->record[i] != WHITTLE_NONE)
     return;
-  stack[0] = (wide_entry){.child = 0, .count = 0, .front = -__builtin_inff()};
-  while (height > 0) {
-    const wide_entry entry = stack[--height];
-    if (entry.front > ray.best)
-      continue;
-    if (entry.count > 0) {
-      if (single_leaf(context, rays, i, &ray, entry.child, entry.count, any, &tested))
-        return;
-      continue;
+  if (!(rays->t[i] > rays->t_min[i]))
+    return;
+  single_ray_load(rays, i, &ray);
+  wide_ray_load(&ray, &wide);
+  wide_child child = {0, WIDE_NODE};
+  for (;;) {
+    if (!wide_is_leaf(child)) {
+      const wide_node *node = &scene->wide[child.first];
+      const uint32_t reach = __builtin_expect(child.count == WIDE_NODE, 1)
+                                 ? wide_quick_reach(&wide, ray.best, node, front)
+                                 : wide_fine_reach(&wide, ray.best, node, front);
+      if (reach != 0 && (reach & (reach - 1)) == 0) {
+        child = node->child[__builtin_ctz(reach)];
+        continue;
+      }
+      height = wide_push(scene, node, reach, front, stack, height, !any);
+    } else if (single_leaf(context, rays, i, &ray, child.first, child.count, any, &tested)) {
+      return;
     }
-    const wide_node *node = &scene->wide[entry.child];
-    height = wide_push(scene, node, wide_ray_reach(&ray, node, front), front, stack, height);
+    do {
+      if (height == 0)
+        return;
+      child = stack[--height].child;
+    } while (stack[height].front > ray.best);
   }
+}
+
+/* The rays of a list, or with list NULL first .. first + count, one by one. */
+static inline __attribute__((always_inline)) void wide_alone(const trace_context *context,
+                                                             ray_stream *rays, const uint32_t *list,
+                                                             uint32_t first, uint32_t count,
+                                                             const bool any, const bool resume) {
+  for (uint32_t k = 0; k < count; k++)
+    wide_single(context, rays, list ? list[k] : first + k, any, resume);
 }

@@ -5,13 +5,16 @@
 #include "base/cpu.h"
 #include "base/threads.h"
 #include "scene/rays.h"
+#include "scene/triangles.h"
+
+#define NO_HIT UINT32_MAX
 
 /* A chunk of rays in double, and the nearest hit of each so far. */
 typedef struct oracle_chunk {
   double origin[3][RAY_CHUNK], direction[3][RAY_CHUNK];
   int64_t inside[RAY_CHUNK]; /* of the triangle at hand: 1 where the ray's line passes through */
   float t[RAY_CHUNK], u[RAY_CHUNK], v[RAY_CHUNK];
-  const triangle_record *hit[RAY_CHUNK];
+  uint32_t hit[RAY_CHUNK]; /* NO_HIT, or which triangle */
   ray_chunk rays;
 } oracle_chunk;
 
@@ -83,7 +86,8 @@ mark_inside_wide(oracle_chunk *chunk, const triangle_record *triangle, uint32_t 
 
 /* Distance along a ray whose line passes through the triangle: n.(v0 - o) / n.d, rounded to float
  * as the answer will be, so that equal answers are ties. Replaces a farther hit. */
-static void keep_nearest(oracle_chunk *chunk, const triangle_record *triangle, uint32_t i) {
+static void keep_nearest(const triangle_store *store, oracle_chunk *chunk,
+                         const triangle_record *triangle, uint32_t index, uint32_t i) {
   double w[3], e1[3], e2[3], from[3];
   volumes(chunk, triangle, i, w);
   const double sum = (w[0] + w[1]) + w[2];
@@ -104,40 +108,43 @@ static void keep_nearest(oracle_chunk *chunk, const triangle_record *triangle, u
   const float t = (float)(above / along);
   if (!(t > chunk->rays.t_min[i] && t <= chunk->rays.t_max[i] && t <= chunk->t[i] && t < INFINITY))
     return;
-  if (t == chunk->t[i] && chunk->hit[i] && chunk->hit[i]->primitive < triangle->primitive)
+  if (t == chunk->t[i] && chunk->hit[i] != NO_HIT &&
+      whittle_comes_first(store, chunk->hit[i], index))
     return;
   chunk->t[i] = t;
   chunk->u[i] = (float)(w[1] / sum) + 0.0f;
   chunk->v[i] = (float)(w[2] / sum) + 0.0f;
-  chunk->hit[i] = triangle;
+  chunk->hit[i] = index;
 }
 
 static void test_all(const oracle *all, oracle_chunk *chunk) {
   const whittle_scene *scene = all->scene;
   const uint32_t count = chunk->rays.count;
-  for (size_t index = 0; index < scene->triangle_count; index++) {
-    const triangle_record *triangle = &scene->triangles[index];
-    if (!(scene->instances[triangle->instance].visibility & all->visibility))
+  const triangle_store *store = &scene->triangles;
+  for (uint32_t index = 0; index < scene->triangle_count; index++) {
+    if (!(scene->instances[store->ids[index].instance].visibility & all->visibility))
       continue;
-    const int64_t any = all->wide ? mark_inside_wide(chunk, triangle, count)
-                                  : mark_inside_narrow(chunk, triangle, count);
+    const triangle_record triangle = whittle_take_triangle(store, index);
+    const int64_t any = all->wide ? mark_inside_wide(chunk, &triangle, count)
+                                  : mark_inside_narrow(chunk, &triangle, count);
     for (uint32_t i = 0; any && i < count; i++)
       if (chunk->inside[i])
-        keep_nearest(chunk, triangle, i);
+        keep_nearest(store, chunk, &triangle, index, i);
   }
 }
 
 static void write_hits(const oracle *all, const oracle_chunk *chunk, size_t first) {
   const whittle_hits *hits = all->hits;
   for (uint32_t i = 0; i < chunk->rays.count; i++) {
-    const triangle_record *hit = chunk->hit[i];
+    const bool hit = chunk->hit[i] != NO_HIT;
+    const triangle_id id = hit ? all->scene->triangles.ids[chunk->hit[i]] : (triangle_id){0};
     const size_t ray = first + i;
     if (hits->t)
       hits->t[ray] = whittle_rays_t(&chunk->rays, i, hit ? chunk->t[i] : INFINITY);
     if (hits->instance)
-      hits->instance[ray] = hit ? (int32_t)hit->instance : -1;
+      hits->instance[ray] = hit ? (int32_t)id.instance : -1;
     if (hits->triangle)
-      hits->triangle[ray] = hit ? (int32_t)hit->triangle : -1;
+      hits->triangle[ray] = hit ? (int32_t)id.triangle : -1;
     if (hits->u)
       hits->u[ray] = hit ? chunk->u[i] : 0.0f;
     if (hits->v)
@@ -163,7 +170,7 @@ static void oracle_worker(void *context, uint32_t worker, whittle_run_state *sta
         chunk.direction[axis][i] = chunk.rays.direction[axis][i];
       }
       chunk.t[i] = INFINITY;
-      chunk.hit[i] = NULL;
+      chunk.hit[i] = NO_HIT;
     }
     test_all(all, &chunk);
     write_hits(all, &chunk, first);

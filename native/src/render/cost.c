@@ -16,14 +16,14 @@
 
 static void label_instances(const whittle_scene *scene, uint32_t *labels) {
   for (size_t i = 0; i < scene->triangle_count; i++)
-    labels[i] = scene->triangles[i].instance;
+    labels[i] = scene->triangles.ids[i].instance;
 }
 
 static void label_materials(const whittle_scene *scene, uint32_t *labels) {
   for (size_t i = 0; i < scene->triangle_count; i++) {
-    const triangle_record *record = &scene->triangles[i];
-    const mesh *m = &scene->meshes[scene->instances[record->instance].mesh];
-    labels[i] = m->materials ? m->materials[record->triangle] : 0;
+    const triangle_id id = scene->triangles.ids[i];
+    const mesh *m = &scene->meshes[scene->instances[id.instance].mesh];
+    labels[i] = m->materials ? m->materials[id.triangle] : 0;
   }
 }
 

@@ -32,12 +32,12 @@ static void place_hit(const whittle_scene *scene, const logged_ray *from, whittl
   to->instance = to->triangle = to->material = -1;
   if (from->record == WHITTLE_NONE)
     return;
-  const triangle_record *record = &scene->triangles[from->record];
-  const mesh *m = &scene->meshes[scene->instances[record->instance].mesh];
+  const triangle_id id = scene->triangles.ids[from->record];
+  const mesh *m = &scene->meshes[scene->instances[id.instance].mesh];
   to->t = from->t, to->u = from->u, to->v = from->v;
-  to->instance = (int32_t)record->instance;
-  to->triangle = (int32_t)record->triangle;
-  to->material = m->materials ? (int32_t)m->materials[record->triangle] : 0;
+  to->instance = (int32_t)id.instance;
+  to->triangle = (int32_t)id.triangle;
+  to->material = m->materials ? (int32_t)m->materials[id.triangle] : 0;
 }
 
 /* A number of the log, with -1 for none. */

@@ -44,32 +44,11 @@ static ray_stream stream_of(ray_chunk *chunk, chunk_results *results) {
     rays.origin[axis] = chunk->origin[axis];
     rays.direction[axis] = chunk->direction[axis];
   }
-  for (uint32_t i = 0; i < RAY_CHUNK; i++)
-    results->skip[i] = WHITTLE_NONE;
   return rays;
 }
 
-/* The numbers of the hits, then which triangles they are: plain loops over one array each. */
-static void give_hits(const trace_run *run, const ray_chunk *chunk, const chunk_results *results,
-                      size_t first) {
-  const whittle_hits *hits = run->hits;
-  const triangle_record *triangles = run->scene->triangles;
-  const uint32_t *record = results->record, count = chunk->count;
-  if (hits->t)
-    for (uint32_t i = 0; i < count; i++)
-      hits->t[first + i] =
-          record[i] != WHITTLE_NONE ? whittle_rays_t(chunk, i, chunk->t_max[i]) : INFINITY;
-  for (uint32_t i = 0; i < count && hits->u; i++)
-    hits->u[first + i] = record[i] != WHITTLE_NONE ? results->u[i] : 0.0f;
-  for (uint32_t i = 0; i < count && hits->v; i++)
-    hits->v[first + i] = record[i] != WHITTLE_NONE ? results->v[i] : 0.0f;
-  for (uint32_t i = 0; i < count && (hits->instance || hits->triangle); i++) {
-    const bool hit = record[i] != WHITTLE_NONE;
-    if (hits->instance)
-      hits->instance[first + i] = hit ? (int32_t)triangles[record[i]].instance : -1;
-    if (hits->triangle)
-      hits->triangle[first + i] = hit ? (int32_t)triangles[record[i]].triangle : -1;
-  }
+static void give_counts(const whittle_hits *hits, const chunk_results *results, size_t first,
+                        uint32_t count) {
   if (hits->nodes)
     memcpy(hits->nodes + first, results->nodes, count * sizeof(uint32_t));
   if (hits->triangles)
@@ -89,17 +68,19 @@ static void work(void *context, uint32_t worker, whittle_run_state *state) {
                                .own_box_misses = &own_box_misses};
   ray_chunk chunk;
   chunk_results results;
+  memset(results.skip, 0xff, sizeof results.skip); /* none */
   for (;;) {
     const size_t first = atomic_fetch_add(&run->next, RAY_CHUNK);
     if (first >= run->rays->count)
       return;
     const size_t left = run->rays->count - first;
-    whittle_rays_load(&run->scene->frame, run->rays, first,
-                      (uint32_t)(left < RAY_CHUNK ? left : RAY_CHUNK), &chunk);
+    run->kernels->load(&run->scene->frame, run->rays, first,
+                       (uint32_t)(left < RAY_CHUNK ? left : RAY_CHUNK), &chunk);
     ray_stream rays = stream_of(&chunk, &results);
     if (run->hits != NULL) {
       run->kernels->closest(&trace, &rays);
-      give_hits(run, &chunk, &results, first);
+      run->kernels->give(run->scene, &chunk, &rays, run->hits, first);
+      give_counts(run->hits, &results, first, chunk.count);
     } else {
       run->kernels->any(&trace, &rays);
       for (uint32_t i = 0; i < chunk.count; i++)

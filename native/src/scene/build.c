@@ -61,8 +61,12 @@ static whittle_status lead_whole(build *b) {
   if (status != WHITTLE_OK || whittle_cancelled(b->team.state))
     return status;
   b->flattened = whittle_seconds();
-  status = whittle_grow(&b->team, b->scene, &b->flat, &options, &b->grown, &b->error);
-  return status == WHITTLE_OK ? whittle_grow_wide(&b->grown, b->team.state, &b->error) : status;
+  status = whittle_grow(&b->team, &b->flat, &options, &b->grown, &b->error);
+  if (status == WHITTLE_OK)
+    status = whittle_grow_wide(&b->grown, b->team.state, &b->error);
+  if (status == WHITTLE_OK && !whittle_cancelled(b->team.state))
+    whittle_flat_triangles(&b->team, b->scene, &b->flat, &b->grown.triangles);
+  return status;
 }
 
 static void work(void *context, uint32_t worker, whittle_run_state *state) {
@@ -82,20 +86,20 @@ static void commit_whole(build *b) {
   whittle_scene *scene = b->scene;
   grown_tree *grown = &b->grown;
   const grown_tree old = {
-      .bvh = {.block = scene->node_block}, .wide = scene->wide, .records = scene->triangles};
+      .bvh = {.block = scene->node_block}, .wide = scene->wide, .triangles = scene->triangles};
   scene->frame = b->flat.frame;
   scene->nodes = grown->bvh.nodes;
   scene->node_block = grown->bvh.block;
   scene->node_count = grown->bvh.node_count;
   scene->wide = grown->wide;
   scene->wide_count = grown->wide_count;
-  scene->triangles = grown->records;
-  scene->triangle_count = grown->record_count;
+  scene->triangles = grown->triangles;
+  scene->triangle_count = grown->triangle_count;
   whittle_subtrees_free(scene->subtrees);
   scene->subtrees = NULL;
   grown->bvh.block = old.bvh.block;
   grown->wide = old.wide;
-  grown->records = old.records;
+  grown->triangles = old.triangles;
 }
 
 static void count_drops(const build *b) {
@@ -120,7 +124,7 @@ static void fill_bytes(const whittle_scene *scene, whittle_build_stats *stats) {
     stats->instances += !scene->instances[i].removed;
   stats->bytes_nodes =
       scene->node_count * sizeof(whittle_node) + scene->wide_count * sizeof(wide_node);
-  stats->bytes_triangles = scene->triangle_count * sizeof(triangle_record);
+  stats->bytes_triangles = whittle_triangles_bytes(scene->triangle_count);
   stats->bytes = stats->bytes_nodes + stats->bytes_triangles + stats->bytes_meshes;
 }
 

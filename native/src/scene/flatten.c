@@ -224,47 +224,32 @@ whittle_status whittle_flatten(whittle_team *team, const whittle_scene *scene, f
   return WHITTLE_OK;
 }
 
-_Static_assert(3 * sizeof(whittle_fragment) == 2 * sizeof(triangle_record),
-               "two thirds of the records fill the spare fragments");
-
-typedef struct record_writer {
+typedef struct triangle_writer {
   whittle_team *team;
   const whittle_scene *scene;
   const flat_scene *flat;
-  triangle_record *records;
-  uint64_t first;
-} record_writer;
+  triangle_store *store;
+} triangle_writer;
 
-static void write_records(void *context, uint64_t begin, uint64_t end) {
-  const record_writer *w = context;
-  const flat_index *index = &w->flat->index;
-  for (uint64_t i = w->first + begin; i < w->first + end; i++) {
+static void write_triangles(void *context, uint64_t begin, uint64_t end) {
+  const triangle_writer *w = context;
+  for (uint64_t i = begin; i < end; i++) {
     const whittle_fragment *fragment = &w->flat->fragments[i];
     const instance *where = &w->scene->instances[fragment->instance];
-    const size_t holder = fragment->instance - index->first_instance;
-    const uint64_t rank = index->first_triangle[holder] + fragment->triangle;
+    const size_t holder = fragment->instance - w->flat->index.first_instance;
     const float *corner[3];
     corners_of(w->flat, &w->scene->meshes[where->mesh], holder, fragment->triangle, corner);
-    triangle_record record = {.instance = fragment->instance,
-                              .triangle = fragment->triangle,
-                              .primitive = (uint32_t)rank};
-    memcpy(record.v0, corner[0], sizeof record.v0);
-    memcpy(record.v1, corner[1], sizeof record.v1);
-    memcpy(record.v2, corner[2], sizeof record.v2);
-    w->records[i] = record;
+    const uint32_t index = w->store->places[i] >> 4, size = w->store->places[i] & 15;
+    float *out = w->store->rows + 9 * (i - index) + index;
+    for (uint32_t k = 0; k < 9; k++)
+      out[k * size] = corner[k / 3][k % 3];
+    w->store->ids[i] = (triangle_id){fragment->instance, fragment->triangle};
   }
   whittle_advance(w->team->state, RECORD_UNITS * (end - begin));
 }
 
-/* The first two thirds of the records go where the spare fragments were, and the last third over
- * the first half of the fragments, whose records are then written: no fragment is lost. */
-triangle_record *whittle_flat_records(whittle_team *team, const whittle_scene *scene,
-                                      flat_scene *flat) {
-  const uint64_t early = 2 * flat->count / 3;
-  record_writer w = {team, scene, flat, flat->block, 0};
-  whittle_team_for(team, early, GRAIN, write_records, &w);
-  w.first = early;
-  whittle_team_for(team, flat->count - early, GRAIN, write_records, &w);
-  flat->block = NULL;
-  return whittle_shrink(w.records, flat->count * sizeof *w.records);
+void whittle_flat_triangles(whittle_team *team, const whittle_scene *scene, const flat_scene *flat,
+                            triangle_store *store) {
+  triangle_writer w = {team, scene, flat, store};
+  whittle_team_for(team, flat->count, GRAIN, write_triangles, &w);
 }

@@ -27,7 +27,7 @@ typedef struct flat_scene {
   flat_index index;
   scene_frame frame;
   float *vertices;             /* x, y, z in scene space by placed vertex; NaN: not finite */
-  void *block;                 /* memory of the two below, and then of the records */
+  void *block;                 /* memory of the two below */
   whittle_fragment *fragments; /* behind the spare ones */
   whittle_fragment *spare;
   uint64_t count;
@@ -46,10 +46,9 @@ world_bounds whittle_flat_bounds(whittle_team *team, const whittle_scene *scene,
 whittle_status whittle_flatten(whittle_team *team, const whittle_scene *scene, flat_scene *flat,
                                whittle_error *error);
 
-/* Turns the fragments into records, in their order and in their memory, which is no longer `flat`'s
- * but the caller's to release. */
-triangle_record *whittle_flat_records(whittle_team *team, const whittle_scene *scene,
-                                      flat_scene *flat);
+/* Writes the triangles of the fragments, in their order, to the places that `store` has set. */
+void whittle_flat_triangles(whittle_team *team, const whittle_scene *scene, const flat_scene *flat,
+                            triangle_store *store);
 
 /* How many units these add to the run's `done`. */
 uint64_t whittle_flat_units(uint64_t triangles);

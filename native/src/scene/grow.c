@@ -11,7 +11,7 @@ uint64_t whittle_grow_units(uint64_t triangles) {
   return whittle_flat_units(triangles) + whittle_bvh_units(triangles);
 }
 
-whittle_status whittle_grow(whittle_team *team, const whittle_scene *scene, flat_scene *flat,
+whittle_status whittle_grow(whittle_team *team, flat_scene *flat,
                             const whittle_bvh_options *options, grown_tree *grown,
                             whittle_error *error) {
   memset(grown, 0, sizeof *grown);
@@ -19,21 +19,26 @@ whittle_status whittle_grow(whittle_team *team, const whittle_scene *scene, flat
       team, flat->fragments, flat->spare, (uint32_t)flat->count, options, &grown->bvh, error);
   if (status != WHITTLE_OK)
     return status;
-  grown->record_count = (size_t)flat->count;
-  grown->records = whittle_flat_records(team, scene, flat);
-  return WHITTLE_OK;
+  grown->triangle_count = (size_t)flat->count;
+  return whittle_triangles_reserve(&grown->triangles, grown->triangle_count)
+             ? WHITTLE_OK
+             : whittle_out_of_memory(error, "the triangles of the tree");
 }
 
 whittle_status whittle_grow_wide(grown_tree *grown, whittle_run_state *state,
                                  whittle_error *error) {
   grown->wide =
       whittle_bvh_widen(grown->bvh.nodes, grown->bvh.node_count, state, &grown->wide_count, error);
-  return grown->wide ? WHITTLE_OK : WHITTLE_OUT_OF_MEMORY;
+  if (!grown->wide)
+    return WHITTLE_OUT_OF_MEMORY;
+  if (!whittle_cancelled(state))
+    whittle_triangles_place(&grown->triangles, grown->wide, grown->wide_count);
+  return WHITTLE_OK;
 }
 
 void whittle_grown_free(grown_tree *grown) {
   whittle_release(grown->bvh.block);
   whittle_release(grown->wide);
-  whittle_release(grown->records);
+  whittle_triangles_release(&grown->triangles);
   memset(grown, 0, sizeof *grown);
 }

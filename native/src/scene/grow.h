@@ -6,23 +6,24 @@
 
 #include "bvh/wide.h"
 #include "scene/flatten.h"
+#include "scene/triangles.h"
 
-/* Numbers in nodes count from the first of each array; so do ranks in the records. */
+/* Numbers in nodes count from the first of each array. */
 typedef struct grown_tree {
   whittle_bvh bvh;
   wide_node *wide;
   uint32_t wide_count;
-  triangle_record *records;
-  size_t record_count;
+  triangle_store triangles;
+  size_t triangle_count;
 } grown_tree;
 
-/* Takes the memory of the flattened triangles. Led by one worker of the team. On failure, or once
- * the run is cancelled, what is there is whittle_grown_free's to release. */
-whittle_status whittle_grow(whittle_team *team, const whittle_scene *scene, flat_scene *flat,
+/* The binary tree, and room for the triangles. Led by one worker of the team. On failure, or once the
+ * run is cancelled, what is there is whittle_grown_free's to release. */
+whittle_status whittle_grow(whittle_team *team, flat_scene *flat,
                             const whittle_bvh_options *options, grown_tree *grown,
                             whittle_error *error);
 
-/* Adds the wide tree. */
+/* Adds the wide tree and cuts its leaves into blocks: whittle_flat_triangles can follow. */
 whittle_status whittle_grow_wide(grown_tree *grown, whittle_run_state *state, whittle_error *error);
 void whittle_grown_free(grown_tree *grown);
 

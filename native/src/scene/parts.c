@@ -7,6 +7,7 @@
 #include "bvh/clip.h"
 #include "bvh/measure.h"
 #include "scene/mesh.h"
+#include "scene/triangles.h"
 
 #include <math.h>
 #include <string.h>
@@ -14,19 +15,20 @@
 static whittle_status read_labels(const whittle_scene *scene, judged_scene *judged,
                                   whittle_error *error) {
   for (size_t i = 0; i < scene->triangle_count; i++) {
-    const triangle_record *record = &scene->triangles[i];
-    const uint32_t number = scene->instances[record->instance].mesh;
+    const triangle_id id = scene->triangles.ids[i];
+    const triangle_record record = whittle_take_triangle(&scene->triangles, (uint32_t)i);
+    const uint32_t number = scene->instances[id.instance].mesh;
     const uint32_t *materials = scene->meshes[number].materials;
-    const uint32_t material = materials ? materials[record->triangle] : 0;
+    const uint32_t material = materials ? materials[id.triangle] : 0;
     if (material >= scene->material_count)
       return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "materials",
                           "mesh %u, triangle %u: material %u of %zu does not exist", number,
-                          record->triangle, material, scene->material_count);
-    judged->instances[i] = record->instance;
+                          id.triangle, material, scene->material_count);
+    judged->instances[i] = id.instance;
     judged->materials[i] = material;
-    memcpy(judged->vertices + 9 * i, record->v0, sizeof record->v0);
-    memcpy(judged->vertices + 9 * i + 3, record->v1, sizeof record->v1);
-    memcpy(judged->vertices + 9 * i + 6, record->v2, sizeof record->v2);
+    memcpy(judged->vertices + 9 * i, record.v0, sizeof record.v0);
+    memcpy(judged->vertices + 9 * i + 3, record.v1, sizeof record.v1);
+    memcpy(judged->vertices + 9 * i + 6, record.v2, sizeof record.v2);
   }
   return WHITTLE_OK;
 }
@@ -156,7 +158,7 @@ static void share_tree(const whittle_scene *scene, const whittle_label_share *sh
   const whittle_build_stats *stats = &scene->stats;
   part->nodes = share->nodes;
   part->stretch = share->stretch;
-  part->bytes = part->triangles * sizeof(triangle_record);
+  part->bytes = whittle_triangles_bytes(part->triangles);
   if (scene->node_count)
     part->bytes += (uint64_t)(0.5 + (double)stats->bytes_nodes * (double)share->nodes /
                                         (double)scene->node_count);

@@ -100,9 +100,8 @@ static void mark_missing(ray_chunk *chunk, uint32_t i) {
   chunk->t_exponent[i] = 0;
 }
 
-/* Any ray, however odd its numbers. */
-static void load_ray(const scene_frame *frame, const whittle_rays *rays, size_t ray,
-                     ray_chunk *chunk, uint32_t i) {
+void whittle_ray_load(const scene_frame *frame, const whittle_rays *rays, size_t ray,
+                      ray_chunk *chunk, uint32_t i) {
   double direction[3], largest = 0.0;
   bool finite = true;
   for (int axis = 0; axis < 3; axis++) {
@@ -126,103 +125,15 @@ static void load_ray(const scene_frame *frame, const whittle_rays *rays, size_t 
   chunk->t_max[i] = scale_limit(t_max, chunk->t_exponent[i]);
 }
 
-/* ---- A chunk of ordinary rays at once
- * ---------------------------------------------------------
- *
- * The same results as load_ray for floats in a range where every product below
- * is exact, in plain loops that the compiler makes vectors of. What lies
- * outside is marked odd and loaded again. */
-
-#define ORDINARY_LEAST 0x1p-60f
-#define ORDINARY_MOST 0x1p60f
-
-static bool is_ordinary(const scene_frame *frame, const whittle_rays *rays) {
-  const bool any_double = rays->origins.is_double || rays->directions.is_double ||
-                          (rays->t_min.data && rays->t_min.is_double) ||
-                          (rays->t_max.data && rays->t_max.is_double);
-  return !any_double && frame->exponent >= -60 && frame->exponent <= 60;
-}
-
-static void gather(const whittle_array *array, size_t first, uint32_t count, int component,
-                   float *to) {
-  const char *at = (const char *)array->data + (ptrdiff_t)first * array->stride +
-                   component * array->component_stride;
-  if (array->stride == sizeof(float)) {
-    memcpy(to, at, count * sizeof(float));
-    return;
-  }
-  for (uint32_t i = 0; i < count; i++, at += array->stride)
-    memcpy(&to[i], at, sizeof(float));
-}
-
-static void load_origins(const scene_frame *frame, const whittle_rays *rays, size_t first,
-                         uint32_t count, ray_chunk *chunk, uint32_t *odd) {
-  const double factor = scale_by(1.0, -frame->exponent);
-  for (int axis = 0; axis < 3; axis++) {
-    float *origin = chunk->origin[axis];
-    const double center = frame->center[axis];
-    gather(&rays->origins, first, count, axis, origin);
-    if (center == 0.0) /* one rounding either way */
-      for (uint32_t i = 0; i < count; i++)
-        origin[i] *= (float)factor;
-    else
-      for (uint32_t i = 0; i < count; i++)
-        origin[i] = (float)(((double)origin[i] - center) * factor);
-    for (uint32_t i = 0; i < count; i++)
-      odd[i] |= !(fabsf(origin[i]) <= FLT_MAX);
-  }
-}
-
-static void load_directions(const scene_frame *frame, const whittle_rays *rays, size_t first,
-                            uint32_t count, ray_chunk *chunk, uint32_t *odd) {
-  for (int axis = 0; axis < 3; axis++)
-    gather(&rays->directions, first, count, axis, chunk->direction[axis]);
-  float *dx = chunk->direction[0], *dy = chunk->direction[1], *dz = chunk->direction[2];
-  for (uint32_t i = 0; i < count; i++) {
-    const float x = fabsf(dx[i]), y = fabsf(dy[i]), z = fabsf(dz[i]);
-    const float xy = x > y ? x : y, largest = xy > z ? xy : z;
-    odd[i] |= !((x <= largest) & (y <= largest) & (z <= largest) & (largest >= ORDINARY_LEAST) &
-                (largest <= ORDINARY_MOST));
-    const uint32_t above = float_bits(largest) & 0x7f800000u;
-    const float factor = bits_float(0x7f000000u - above);
-    dx[i] *= factor, dy[i] *= factor, dz[i] *= factor;
-    chunk->t_exponent[i] = frame->exponent + 127 - (int32_t)(above >> 23);
-  }
-}
-
-/* One of the limits of t. A negative one is odd: rounding down matters to it.
- */
-static void load_limits(const whittle_array *array, float missing, size_t first, uint32_t count,
-                        const ray_chunk *chunk, float *limits, uint32_t *odd) {
-  if (!array->data) {
-    for (uint32_t i = 0; i < count; i++)
-      limits[i] = missing;
-    return;
-  }
-  gather(array, first, count, 0, limits);
-  for (uint32_t i = 0; i < count; i++) {
-    const float given = limits[i];
-    const float factor = bits_float((uint32_t)(127 - chunk->t_exponent[i]) << 23);
-    limits[i] = given * factor;
-    odd[i] |= !((given == 0.0f) | (given == INFINITY) |
-                ((limits[i] >= FLT_MIN) & (limits[i] <= FLT_MAX)));
-  }
+void whittle_rays_pad(ray_chunk *chunk) {
+  for (uint32_t i = chunk->count; i & 15; i++)
+    mark_missing(chunk, i);
 }
 
 void whittle_rays_load(const scene_frame *frame, const whittle_rays *rays, size_t first,
                        uint32_t count, ray_chunk *chunk) {
-  uint32_t odd[RAY_CHUNK] = {0};
   chunk->count = count;
-  const bool ordinary = is_ordinary(frame, rays);
-  if (ordinary) {
-    load_origins(frame, rays, first, count, chunk, odd);
-    load_directions(frame, rays, first, count, chunk, odd);
-    load_limits(&rays->t_min, 0.0f, first, count, chunk, chunk->t_min, odd);
-    load_limits(&rays->t_max, INFINITY, first, count, chunk, chunk->t_max, odd);
-  }
   for (uint32_t i = 0; i < count; i++)
-    if (!ordinary || odd[i])
-      load_ray(frame, rays, first + i, chunk, i);
-  for (uint32_t i = count; i & 15; i++)
-    mark_missing(chunk, i);
+    whittle_ray_load(frame, rays, first + i, chunk, i);
+  whittle_rays_pad(chunk);
 }

@@ -26,9 +26,17 @@ typedef struct ray_chunk {
 /* What can be said without reading every ray: missing arrays and unknown bits. */
 whittle_status whittle_rays_check(const whittle_rays *rays, whittle_error *error);
 
-/* Reads rays first .. first + count - 1, count <= RAY_CHUNK. */
+/* Reads one ray, however odd its numbers, as entry i. */
+void whittle_ray_load(const scene_frame *frame, const whittle_rays *rays, size_t ray,
+                      ray_chunk *chunk, uint32_t i);
+
+/* Reads rays first .. first + count - 1, count <= RAY_CHUNK: what the kernels' `load` does faster.
+ */
 void whittle_rays_load(const scene_frame *frame, const whittle_rays *rays, size_t first,
                        uint32_t count, ray_chunk *chunk);
+
+/* Fills the entries from count to the next multiple of 16. */
+void whittle_rays_pad(ray_chunk *chunk);
 
 /* t in the caller's units: exact, but FLT_MAX where it would overflow; infinity (a miss) stays. */
 static inline float whittle_rays_t(const ray_chunk *chunk, uint32_t ray, float t) {

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 /* What a caller may see of the last build. */
 
-#include "scene/scene.h"
+#include "scene/triangles.h"
 
 #include <string.h>
 
@@ -44,16 +44,16 @@ whittle_status whittle_scene_triangles(const whittle_scene *scene, float *vertic
   if (status != WHITTLE_OK)
     return status;
   for (size_t i = 0; i < scene->triangle_count; i++) {
-    const triangle_record *record = &scene->triangles[i];
     if (vertices) {
-      memcpy(vertices + 9 * i, record->v0, sizeof record->v0);
-      memcpy(vertices + 9 * i + 3, record->v1, sizeof record->v1);
-      memcpy(vertices + 9 * i + 6, record->v2, sizeof record->v2);
+      const triangle_record triangle = whittle_take_triangle(&scene->triangles, (uint32_t)i);
+      memcpy(vertices + 9 * i, triangle.v0, sizeof triangle.v0);
+      memcpy(vertices + 9 * i + 3, triangle.v1, sizeof triangle.v1);
+      memcpy(vertices + 9 * i + 6, triangle.v2, sizeof triangle.v2);
     }
     if (instances)
-      instances[i] = record->instance;
+      instances[i] = scene->triangles.ids[i].instance;
     if (triangles)
-      triangles[i] = record->triangle;
+      triangles[i] = scene->triangles.ids[i].triangle;
   }
   whittle_scene_read_end(scene);
   return WHITTLE_OK;

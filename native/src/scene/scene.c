@@ -7,6 +7,7 @@
 #include "scene/instance.h"
 #include "scene/mesh.h"
 #include "scene/subtrees.h"
+#include "scene/triangles.h"
 
 #include <string.h>
 
@@ -41,7 +42,7 @@ void whittle_scene_destroy(whittle_scene *scene) {
   whittle_release(scene->lights);
   whittle_release(scene->node_block);
   whittle_release(scene->wide);
-  whittle_release(scene->triangles);
+  whittle_triangles_release(&scene->triangles);
   whittle_subtrees_free(scene->subtrees);
   whittle_release(scene);
 }

@@ -34,15 +34,20 @@ typedef struct instance {
   bool removed; /* only its number is left: it has no triangles and is seen by all rays */
 } instance;
 
-/* A triangle as the traversals read it: vertices in scene space, in leaf order. */
-typedef struct triangle_record {
-  float v0[3];
+/* Whose triangle it is; the order of these decides between equal t. */
+typedef struct triangle_id {
   uint32_t instance;
-  float v1[3];
   uint32_t triangle; /* the caller's index in its mesh */
-  float v2[3];
-  uint32_t primitive; /* rank by (instance, triangle): what decides between equal t */
-} triangle_record;
+} triangle_id;
+
+/* Triangles in leaf order, in blocks: those of one leaf, up to eight. A block of n has nine rows of
+ * n floats: x of the first vertices, y, z, then those of the second and of the third vertices. What
+ * a hit alone needs is kept apart from what every test reads. See scene/triangles.h. */
+typedef struct triangle_store {
+  float *rows;
+  triangle_id *ids;
+  uint8_t *places; /* index in the block, and its size */
+} triangle_store;
 
 /* Scene space is (world - center) / 2^exponent; center is a multiple of 2^exponent on each axis,
  * which is at least the scene's extent: small moves of an object keep all other bits. */
@@ -70,7 +75,7 @@ struct whittle_scene {
   size_t node_count;
   struct wide_node *wide; /* the same tree with eight children to a node: bvh/wide.h */
   uint32_t wide_count;
-  triangle_record *triangles;
+  triangle_store triangles;
   size_t triangle_count;
   whittle_build_options options;   /* of the build, with the defaults filled in; no progress */
   struct scene_subtrees *subtrees; /* their places in the arrays above: subtrees.h; or NULL */

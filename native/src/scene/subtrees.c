@@ -94,7 +94,7 @@ void whittle_subtrees_end(subtrees_build *p) {
   if (!p->in_place) {
     whittle_release(p->made.node_block);
     whittle_release(p->made.wide);
-    whittle_release(p->made.triangles);
+    whittle_triangles_release(&p->made.triangles);
   }
 }
 

@@ -7,10 +7,9 @@
 
 #include "scene/grow.h"
 
-/* The first of a subtree's entries in each of the scene's arrays, and the rank of the first
- * triangle of its mesh. */
+/* The first of a subtree's entries in each of the scene's arrays. */
 typedef struct subtree_place {
-  uint32_t node, wide, triangle, rank;
+  uint32_t node, wide, triangle;
 } subtree_place;
 
 /* Subtrees are taken apart near their roots, and these are the pieces that the tree over all of

@@ -13,7 +13,7 @@
 typedef struct scene_arrays {
   whittle_node *nodes, *node_block;
   wide_node *wide;
-  triangle_record *triangles;
+  triangle_store triangles;
   size_t node_count, wide_count, triangle_count;
 } scene_arrays;
 
@@ -26,7 +26,7 @@ typedef struct grown_subtree {
 typedef struct subtrees_build {
   const whittle_scene *scene;
   whittle_team *team;
-  flat_scene all; /* only its index: the ranks */
+  flat_scene all; /* only its index */
   scene_subtrees *next;
   uint32_t *changed; /* instances that get a new subtree, ascending */
   uint32_t changed_count, live;

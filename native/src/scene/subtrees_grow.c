@@ -98,13 +98,15 @@ static whittle_status grow(subtrees_build *p, whittle_team *team, uint32_t k,
   if (status == WHITTLE_OK)
     status = whittle_flatten(team, p->scene, &flat, error);
   if (status == WHITTLE_OK && !whittle_cancelled(team->state))
-    status = whittle_grow(team, p->scene, &flat, &p->next->options, &own->tree, error);
+    status = whittle_grow(team, &flat, &p->next->options, &own->tree, error);
   if (status == WHITTLE_OK && !whittle_cancelled(team->state)) {
     to->dropped_non_finite = flat.drops[0].non_finite;
     to->dropped_zero_area = flat.drops[0].zero_area;
-    to->triangles = (uint32_t)own->tree.record_count;
+    to->triangles = (uint32_t)own->tree.triangle_count;
     status = whittle_subtree_open(own, to, p->next->options.traversal_cost, team->state, error);
   }
+  if (status == WHITTLE_OK && !whittle_cancelled(team->state))
+    whittle_flat_triangles(team, p->scene, &flat, &own->tree.triangles);
   whittle_flat_free(&flat);
   return status;
 }

@@ -15,7 +15,7 @@ enum { GRAIN = 16384 };
 typedef struct moving {
   const whittle_node *nodes;
   const wide_node *wide;
-  const triangle_record *triangles;
+  triangle_store triangles;
   scene_arrays to;  /* first entries of the subtree */
   subtree_place by; /* what is added, modulo 2^32 */
 } moving;
@@ -35,18 +35,14 @@ static void move_wide(void *context, uint64_t begin, uint64_t end) {
   for (uint64_t i = begin; i < end; i++) {
     wide_node node = m->wide[i];
     for (int k = 0; k < WHITTLE_WIDTH; k++)
-      node.child[k] += node.count[k] ? m->by.triangle : m->by.wide;
+      node.child[k].first += wide_is_leaf(node.child[k]) ? m->by.triangle : m->by.wide;
     m->to.wide[i] = node;
   }
 }
 
 static void move_triangles(void *context, uint64_t begin, uint64_t end) {
   const moving *m = context;
-  for (uint64_t i = begin; i < end; i++) {
-    triangle_record record = m->triangles[i];
-    record.primitive += m->by.rank;
-    m->to.triangles[i] = record;
-  }
+  whittle_triangles_move(&m->to.triangles, &m->triangles, (size_t)begin, (size_t)(end - begin));
 }
 
 static void share(whittle_team *team, uint64_t count, whittle_team_body *body, moving *m) {
@@ -64,9 +60,9 @@ static void move_subtree(whittle_team *team, const subtree *what, moving *m, sub
                          const scene_arrays *to) {
   m->to.nodes = to->nodes + what->at.node;
   m->to.wide = to->wide + what->at.wide;
-  m->to.triangles = to->triangles + what->at.triangle;
+  m->to.triangles = whittle_triangles_from(&to->triangles, what->at.triangle);
   m->by = (subtree_place){what->at.node - from.node, what->at.wide - from.wide,
-                          what->at.triangle - from.triangle, what->at.rank - from.rank};
+                          what->at.triangle - from.triangle};
   share(team, what->nodes, move_nodes, m);
   share(team, what->wides, move_wide, m);
   share(team, what->triangles, move_triangles, m);
@@ -74,7 +70,7 @@ static void move_subtree(whittle_team *team, const subtree *what, moving *m, sub
 
 static void move_new(whittle_team *team, subtrees_build *p, uint32_t i) {
   grown_tree *tree = &p->grown[p->news[i]].tree;
-  moving m = {.nodes = tree->bvh.nodes, .wide = tree->wide, .triangles = tree->records};
+  moving m = {.nodes = tree->bvh.nodes, .wide = tree->wide, .triangles = tree->triangles};
   move_subtree(team, &p->next->list[i], &m, (subtree_place){0}, &p->made);
   whittle_grown_free(tree);
 }
@@ -86,7 +82,7 @@ static void move_kept(whittle_team *team, subtrees_build *p, uint32_t i) {
     return;
   moving m = {.nodes = scene->nodes + from.node,
               .wide = scene->wide + from.wide,
-              .triangles = scene->triangles + from.triangle};
+              .triangles = whittle_triangles_from(&scene->triangles, from.triangle)};
   move_subtree(team, &p->next->list[i], &m, from, &p->made);
 }
 
@@ -165,13 +161,14 @@ static void put_top_wide(const subtrees_build *p) {
   for (uint32_t i = 0; i < p->top.wide_count; i++) {
     wide_node wide = p->top.wide[i];
     for (int k = 0; k < WHITTLE_WIDTH; k++) {
-      if (wide.count[k] != 1)
+      if (!wide_is_leaf(wide.child[k]))
         continue;
-      const subtree_place at = subtree_of(p, wide.child[k])->at;
-      const subtree_piece *piece = piece_of(p, wide.child[k]);
+      const subtree_place at = subtree_of(p, wide.child[k].first)->at;
+      const subtree_piece *piece = piece_of(p, wide.child[k].first);
       wide.child[k] =
-          piece->wides ? at.wide + piece->first_wide : at.triangle + piece->first_triangle;
-      wide.count[k] = piece->wides ? 0 : piece->triangles;
+          piece->wides
+              ? (wide_child){at.wide + piece->first_wide, wide_node_kind(&piece->root)}
+              : (wide_child){at.triangle + piece->first_triangle, piece->triangles};
     }
     p->made.wide[i] = wide;
   }
@@ -254,8 +251,7 @@ static void choose_places(subtrees_build *p) {
   for (uint32_t k = 0; k < next->used; k++) {
     subtree *each = &next->list[next->order[k]];
     each->at = (subtree_place){(uint32_t)made->node_count, (uint32_t)made->wide_count,
-                               (uint32_t)made->triangle_count,
-                               (uint32_t)p->all.index.first_triangle[next->order[k]]};
+                               (uint32_t)made->triangle_count};
     made->node_count += each->nodes;
     made->wide_count += each->wides;
     made->triangle_count += each->triangles;
@@ -295,8 +291,8 @@ static whittle_status make_room(subtrees_build *p, whittle_error *error) {
   next->triangle_room = with_room(made->triangle_count);
   made->node_block = whittle_allocate(next->node_room + 1, sizeof *made->nodes);
   made->wide = whittle_allocate(next->wide_room, sizeof *made->wide);
-  made->triangles = whittle_allocate(next->triangle_room, sizeof *made->triangles);
-  if (!made->node_block || !made->wide || !made->triangles)
+  const bool triangles = whittle_triangles_reserve(&made->triangles, next->triangle_room);
+  if (!made->node_block || !made->wide || !triangles)
     return whittle_out_of_memory(error, "the tree of the scene");
   made->nodes = made->node_block + 1;
   return WHITTLE_OK;

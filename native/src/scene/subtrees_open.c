@@ -122,8 +122,10 @@ static whittle_node *copy_piece(const opening *o, const subtree_piece *piece) {
 static whittle_status widen_piece(opening *o, subtree_piece *piece, whittle_error *error) {
   piece->first_wide = o->sum->wides;
   piece->wides = 0;
-  if (piece->root.count || piece->triangles <= WHITTLE_WIDE_LEAF)
+  if (piece->root.count || piece->triangles <= WHITTLE_WIDE_LEAF) {
+    whittle_triangles_place_leaf(&o->own->tree.triangles, piece->first_triangle, piece->triangles);
     return WHITTLE_OK;
+  }
   whittle_node *nodes = copy_piece(o, piece);
   if (!nodes)
     return whittle_out_of_memory(error, "the wide tree");
@@ -134,10 +136,13 @@ static whittle_status widen_piece(opening *o, subtree_piece *piece, whittle_erro
     return WHITTLE_OUT_OF_MEMORY;
   for (uint32_t i = 0; i < piece->wides && !whittle_cancelled(o->state); i++) {
     for (int k = 0; k < WHITTLE_WIDTH; k++)
-      wide[i].child[k] += wide[i].count[k] ? 0 : piece->first_wide;
+      wide[i].child[k].first += wide_is_leaf(wide[i].child[k]) ? 0 : piece->first_wide;
     o->own->tree.wide[piece->first_wide + i] = wide[i];
   }
   whittle_release(wide);
+  if (!whittle_cancelled(o->state))
+    whittle_triangles_place(&o->own->tree.triangles, o->own->tree.wide + piece->first_wide,
+                            piece->wides);
   o->sum->wides += piece->wides;
   return WHITTLE_OK;
 }
