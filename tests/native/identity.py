@@ -71,19 +71,30 @@ def needle_fan() -> Placed:
     return scene, {"eye": (0.6, -0.8, 0.02), "target": (0, 0, 0)}
 
 
-def long_strips() -> Placed:
-    """Narrow strips, very long, that cross the camera's plane: distances cancel."""
+def grazed_sheets(seed: int = 7) -> Placed:
+    """Rows of small triangles, one behind the other along a pixel's ray and all but parallel to it:
+    the distance to a plane is off by more than the triangles' size and their steps."""
+    view = {"eye": (0.3, -3.0, 0.7), "target": (0, 0, 0)}
+    camera = perspective(160, 100, **view)
+    random = np.random.default_rng(seed)
+    rows, each, size, cosine = 4000, 10, 3e-3, 1e-5
+    pixel = random.permutation(160 * 100)[:rows]
+    plane = np.stack([(pixel % 160 + 0.5) / 80 - 1, (pixel // 160 + 0.5) / 50 - 1], axis=1)
+    local = np.column_stack([plane / np.diag(camera["projection"])[:2], -np.ones(rows)])
+    ray = local @ camera["to_world"][:3, :3].T
+    ray /= np.linalg.norm(ray, axis=1, keepdims=True)
+    across = np.cross(ray, random.normal(size=ray.shape))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    along = ray + cosine * np.cross(ray, across)
+    depth = random.uniform(2.4, 3.6, (rows, 1)) + 0.3 * size * np.arange(each)
+    centre = np.float64(view["eye"]) + depth[..., None] * ray[:, None]
+    turn = random.uniform(0, 2 * np.pi, (rows, each, 1, 1)) + np.radians([[0], [120], [240]])
+    flat = np.cos(turn) * along[:, None, None] + np.sin(turn) * across[:, None, None]
+    corners = centre[:, :, None] + size * flat
     scene = lit([DIFFUSE, BLUE])
-    random = np.random.default_rng(12)
-    x = np.linspace(-3, 3, 121)
-    length = 3e4
     for material in (0, 1):
-        tilt = random.uniform(-1e-4, 1e-4, len(x))
-        low = np.stack([x, np.full_like(x, -length), 0.3 * x - length * tilt], axis=1)
-        high = np.stack([x, np.full_like(x, length), 0.3 * x + length * tilt], axis=1)
-        wide = np.array([0.06, 0.0, 0.02])
-        add(scene, meshes.soup(np.stack([low, high, high + wide], axis=1)), material)
-    return scene, {"eye": (0.2, 0.0, 1.5), "target": (0.4, 2.0, 0)}
+        add(scene, meshes.soup(corners[:, material::2]), material)
+    return scene, view
 
 
 def duplicates() -> Placed:
@@ -122,7 +133,7 @@ SCENES: dict[str, Callable[[], Placed]] = {
     "spheres": spheres,
     "boxes": boxes,
     "needle_fan": needle_fan,
-    "long_strips": long_strips,
+    "grazed_sheets": grazed_sheets,
     "duplicates": duplicates,
     "pixel_net": pixel_net,
 }

@@ -13,7 +13,7 @@ import variants
 #: The scene on which each safeguard is missed.
 MISSED = {
     "WHITTLE_BREAK_PADDING": "pixel_net",
-    "WHITTLE_BREAK_CLAMP": "long_strips",
+    "WHITTLE_BREAK_CLAMP": "grazed_sheets",
     "WHITTLE_BREAK_TIE": "duplicates",
 }
 

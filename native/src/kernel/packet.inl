@@ -347,6 +347,7 @@ group_decide(const trace_context *context, packet *p, uint32_t at, const v_ray *
     hit = v_andnot(hit, v_from_bits(lost_ties(context, p, at, even, record)));
   if (!v_any(hit))
     return false;
+  whittle_prefetch(&context->scene->triangles.ids[record]); /* to be asked for when all is done */
   record_hits(p, at, hit, record, t, u, v, any);
   return true;
 }

@@ -68,14 +68,21 @@ static inline uint32_t single_edges(const single_ray *ray, const float *rows, ui
   return there & v_bits(v_edge_test(lanes, &r, v_from_bits(there), edges));
 }
 
-/* Decides about triangle `record`, whose edges the ray's line passes; true if it is a new nearest
- * hit. */
+/* Of the block of `size` triangles from `first` on, those from `begin` to below `end`. */
+typedef struct triangle_block {
+  uint32_t first, size, begin, end;
+} triangle_block;
+
+/* Decides about a triangle whose edges the ray's line passes; true if it is a new nearest hit. */
 static inline bool single_decide(const trace_context *context, ray_stream *rays, uint32_t i,
-                                 single_ray *ray, uint32_t record, const s_edges *edges) {
+                                 single_ray *ray, const triangle_block *block, uint32_t index,
+                                 const s_edges *edges) {
   const triangle_store *store = &context->scene->triangles;
+  const uint32_t record = block->first + index;
   if (record == rays->skip[i] || (context->masked && !sees(context, record)))
     return false;
-  const triangle_record triangle = whittle_take_triangle(store, record);
+  const triangle_record triangle =
+      whittle_block_triangle(whittle_rows(store, block->first), block->size, index);
   const s_relative relative = s_relate(&ray->exact, &triangle);
   const triangle_plane plane = whittle_plane(&triangle);
   float t, u, v;
@@ -90,35 +97,35 @@ static inline bool single_decide(const trace_context *context, ray_stream *rays,
   return true;
 }
 
-/* Tests those of `count` triangles from `first` on that are in one block; true if `any` and one is
- * hit. Adds to `tested` those that come before that in order. */
+/* Tests triangles of a block; true if `any` and one is hit. Adds to `tested` all of them, or those
+ * up to the hit. */
 static inline bool single_block(const trace_context *context, ray_stream *rays, uint32_t i,
-                                single_ray *ray, uint32_t first, uint32_t begin, uint32_t end,
-                                uint32_t size, const bool any, uint32_t *tested) {
-  const float *rows = whittle_rows(&context->scene->triangles, first);
-  for (uint32_t at = begin; at < end; at += V_LANES) {
+                                single_ray *ray, triangle_block block, const bool any,
+                                uint32_t *tested) {
+  const float *rows = whittle_rows(&context->scene->triangles, block.first);
+  for (uint32_t at = block.begin; at < block.end; at += V_LANES) {
     v_edges edges;
     float u[V_LANES], v[V_LANES], w[V_LANES];
-    uint32_t passed = single_edges(ray, rows, size, at, &edges);
-    if (end - at < V_LANES)
-      passed &= (1u << (end - at)) - 1;
+    uint32_t passed = single_edges(ray, rows, block.size, at, &edges);
+    if (block.end - at < V_LANES)
+      passed &= (1u << (block.end - at)) - 1;
     if (passed == 0)
       continue;
     v_store(u, edges.u), v_store(v, edges.v), v_store(w, edges.w);
     for (; passed; passed &= passed - 1) {
       const uint32_t lane = (uint32_t)__builtin_ctz(passed);
       const s_edges one = {u[lane], v[lane], w[lane]};
-      if (single_decide(context, rays, i, ray, first + at + lane, &one) && any) {
-        *tested += at + lane + 1 - begin;
+      if (single_decide(context, rays, i, ray, &block, at + lane, &one) && any) {
+        *tested += at + lane + 1 - block.begin;
         return true;
       }
     }
   }
-  *tested += end - begin;
+  *tested += block.end - block.begin;
   return false;
 }
 
-/* Tests a leaf's triangles; true if `any` and one is hit. */
+/* Tests `count` triangles from `first` on; true if `any` and one is hit. */
 static inline bool single_leaf(const trace_context *context, ray_stream *rays, uint32_t i,
                                single_ray *ray, uint32_t first, uint32_t count, const bool any,
                                uint32_t *tested) {
@@ -126,7 +133,8 @@ static inline bool single_leaf(const trace_context *context, ray_stream *rays, u
   while (count > 0) {
     const uint32_t begin = store->places[first] >> 4, size = store->places[first] & 15;
     const uint32_t here = size - begin < count ? size - begin : count;
-    if (single_block(context, rays, i, ray, first - begin, begin, begin + here, size, any, tested))
+    const triangle_block block = {first - begin, size, begin, begin + here};
+    if (single_block(context, rays, i, ray, block, any, tested))
       return true;
     first += here, count -= here;
   }

@@ -127,12 +127,10 @@ static inline __attribute__((always_inline)) MASK FN(edge_test)(const FN(ray) * 
   const REAL nothing = FN(set)(0.0f);
   const REAL least = FN(min)(FN(min)(edges->u, edges->v), edges->w);
   const REAL most = FN(max)(FN(max)(edges->u, edges->v), edges->w);
-  /* least * most < 0 without the product: signs differ. */
-  active = FN(andnot)(active, FN (and)(FN(lt)(least, nothing), FN(lt)(nothing, most)));
-  const MASK small = FN(lt)(most - least, FN(set)(0x1p-90f));
-  const MASK zero =
-      FN (and)(active, FN(or)(FN(or)(FN(eq)(edges->u, nothing), FN(eq)(edges->v, nothing)),
-                              FN(or)(FN(eq)(edges->w, nothing), small)));
+  /* Below 0: signs differ. 0: one of the three is, or all are so small that they may be off. */
+  const REAL product = least * most;
+  active = FN(andnot)(active, FN(lt)(product, nothing));
+  const MASK zero = FN (and)(active, FN(eq)(product, nothing));
   if (__builtin_expect(FN(bits)(zero) != 0, 0)) {
     FN(edges_in_double)(zero, ax, ay, bx, by, cx, cy, edges);
     const REAL low = FN(min)(FN(min)(edges->u, edges->v), edges->w);

@@ -242,11 +242,9 @@ typedef struct passed_pair {
 } passed_pair;
 
 /* Keeps the pairs in which a line passes the edges; gives their number. */
-static inline __attribute__((always_inline)) uint32_t pass_edges(const packet *p,
-                                                                 const block_view *view,
-                                                                 const pair *pairs, uint32_t count,
-                                                                 passed_pair *passed,
-                                                                 const bool common) {
+static inline __attribute__((always_inline)) uint32_t
+pass_edges(const packet *p, const block_view *view, const pair *pairs, uint32_t count,
+           passed_pair *passed, const bool any, const bool common) {
   const packet_lanes lanes = packet_lanes_of(p);
   uint32_t kept = 0;
   for (uint32_t i = 0; i < count; i++) {
@@ -254,7 +252,8 @@ static inline __attribute__((always_inline)) uint32_t pass_edges(const packet *p
     const v_ray ray = lanes_ray(&lanes, now.at);
     const v_relative relative = block_relative(&ray, view, now.index, common);
     passed_pair *next = &passed[kept];
-    next->lanes = v_edge_test(&ray, &relative, lanes_open(&lanes, now.at), &next->edges);
+    const v_mask open = any ? lanes_open(&lanes, now.at) : v_from_bits(UINT32_MAX);
+    next->lanes = v_edge_test(&ray, &relative, open, &next->edges);
     next->pair = now;
     kept += v_any(next->lanes);
   }
@@ -263,10 +262,11 @@ static inline __attribute__((always_inline)) uint32_t pass_edges(const packet *p
 
 /* Tests the pairs of a block. */
 static inline __attribute__((always_inline)) void
-test_pairs(const trace_context *context, packet *p, uint32_t first, const block_view *view,
-           const pair *pairs, uint32_t count, passed_pair *passed, const bool any,
-           const bool common) {
-  const uint32_t kept = pass_edges(p, view, pairs, count, passed, common);
+test_pairs(const trace_context *context, packet *p, uint32_t first, uint32_t size,
+           const block_view *view, const pair *pairs, uint32_t count, passed_pair *passed,
+           const bool any, const bool common) {
+  const float *rows = whittle_rows(&context->scene->triangles, first);
+  const uint32_t kept = pass_edges(p, view, pairs, count, passed, any, common);
   const packet_lanes lanes = packet_lanes_of(p);
   uint32_t now = WHITTLE_NONE;
   bool changed = false;
@@ -275,8 +275,7 @@ test_pairs(const trace_context *context, packet *p, uint32_t first, const block_
   for (uint32_t i = 0; i < kept; i++) {
     const pair at = passed[i].pair;
     if (at.index != now) {
-      const triangle_record triangle =
-          whittle_take_triangle(&context->scene->triangles, first + at.index);
+      const triangle_record triangle = whittle_block_triangle(rows, size, at.index);
       plane = whittle_plane(&triangle), now = at.index;
     }
     const v_ray ray = lanes_ray(&lanes, at.at);
@@ -319,7 +318,7 @@ wide_block(const trace_context *context, packet *p, uint32_t first, uint32_t siz
   }
   for (; rest; rest &= rest - 1)
     n = list_reached(p, rows, size, (uint32_t)__builtin_ctz(rest), pairs, n);
-  test_pairs(context, p, first, &view, pairs, n, passed, any, from == FROM_ORIGIN);
+  test_pairs(context, p, first, size, &view, pairs, n, passed, any, from == FROM_ORIGIN);
 }
 
 static inline __attribute__((always_inline)) void wide_leaf(const trace_context *context, packet *p,
@@ -442,6 +441,21 @@ static inline uint32_t wide_quick_reach(const wide_ray *ray, float best, const w
   return found & ((1u << WHITTLE_WIDTH) - 1);
 }
 
+/* Tests a leaf's triangles; true if `any` and one is hit. */
+static inline __attribute__((always_inline)) bool wide_ray_leaf(const trace_context *context,
+                                                                ray_stream *rays, uint32_t i,
+                                                                single_ray *ray, wide_child leaf,
+                                                                const bool any) {
+  uint32_t tested = 0;
+  for (uint32_t part = 0; part < leaf.count; part += WHITTLE_BLOCK) {
+    const uint32_t left = leaf.count - part, size = left < WHITTLE_BLOCK ? left : WHITTLE_BLOCK;
+    const triangle_block block = {leaf.first + part, size, 0, size};
+    if (single_block(context, rays, i, ray, block, any, &tested))
+      return true;
+  }
+  return false;
+}
+
 /* One ray; with `resume` it goes on from the hit that a packet found for it. */
 static inline __attribute__((always_inline)) void wide_single(const trace_context *context,
                                                               ray_stream *rays, uint32_t i,
@@ -451,7 +465,7 @@ static inline __attribute__((always_inline)) void wide_single(const trace_contex
   wide_ray wide;
   wide_entry stack[WIDE_STACK];
   float front[WHITTLE_WIDTH + V_LANES];
-  uint32_t height = 0, tested = 0;
+  uint32_t height = 0;
   if (!resume)
     rays->record[i] = WHITTLE_NONE;
   else if (any && rays->record[i] != WHITTLE_NONE)
@@ -472,7 +486,7 @@ static inline __attribute__((always_inline)) void wide_single(const trace_contex
         continue;
       }
       height = wide_push(scene, node, reach, front, stack, height, !any);
-    } else if (single_leaf(context, rays, i, &ray, child.first, child.count, any, &tested)) {
+    } else if (wide_ray_leaf(context, rays, i, &ray, child, any)) {
       return;
     }
     do {

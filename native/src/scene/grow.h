@@ -17,8 +17,8 @@ typedef struct grown_tree {
   size_t triangle_count;
 } grown_tree;
 
-/* The binary tree, and room for the triangles. Led by one worker of the team. On failure, or once the
- * run is cancelled, what is there is whittle_grown_free's to release. */
+/* The binary tree, and room for the triangles. Led by one worker of the team. On failure, or once
+ * the run is cancelled, what is there is whittle_grown_free's to release. */
 whittle_status whittle_grow(whittle_team *team, flat_scene *flat,
                             const whittle_bvh_options *options, grown_tree *grown,
                             whittle_error *error);

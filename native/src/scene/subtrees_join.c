@@ -165,10 +165,9 @@ static void put_top_wide(const subtrees_build *p) {
         continue;
       const subtree_place at = subtree_of(p, wide.child[k].first)->at;
       const subtree_piece *piece = piece_of(p, wide.child[k].first);
-      wide.child[k] =
-          piece->wides
-              ? (wide_child){at.wide + piece->first_wide, wide_node_kind(&piece->root)}
-              : (wide_child){at.triangle + piece->first_triangle, piece->triangles};
+      wide.child[k] = piece->wides
+                          ? (wide_child){at.wide + piece->first_wide, wide_node_kind(&piece->root)}
+                          : (wide_child){at.triangle + piece->first_triangle, piece->triangles};
     }
     p->made.wide[i] = wide;
   }

@@ -18,7 +18,7 @@ enum { WHITTLE_BLOCK = 8, WHITTLE_ROW_PAD = 16 };
 /* A triangle among those of its block: coordinate c of its nine is first[c * size]. */
 typedef struct triangle_place {
   const float *first;
-  uint32_t index, size; /* in the block, and of it */
+  uint32_t size;
 } triangle_place;
 
 /* Where the rows of a block begin whose first triangle is `record`. */
@@ -28,18 +28,24 @@ static inline const float *whittle_rows(const triangle_store *store, uint32_t re
 
 static inline triangle_place whittle_find_triangle(const triangle_store *store, uint32_t record) {
   const uint32_t index = store->places[record] >> 4, size = store->places[record] & 15;
-  return (triangle_place){whittle_rows(store, record - index) + index, index, size};
+  return (triangle_place){whittle_rows(store, record - index) + index, size};
+}
+
+/* Of a block that is at hand: where it stands need not be looked up. */
+static inline triangle_record whittle_block_triangle(const float *rows, uint32_t size,
+                                                     uint32_t index) {
+  triangle_record r;
+  for (uint32_t k = 0; k < 3; k++) {
+    r.v0[k] = rows[k * size + index];
+    r.v1[k] = rows[(3 + k) * size + index];
+    r.v2[k] = rows[(6 + k) * size + index];
+  }
+  return r;
 }
 
 static inline triangle_record whittle_take_triangle(const triangle_store *store, uint32_t record) {
   const triangle_place at = whittle_find_triangle(store, record);
-  triangle_record r;
-  for (uint32_t k = 0; k < 3; k++) {
-    r.v0[k] = at.first[k * at.size];
-    r.v1[k] = at.first[(3 + k) * at.size];
-    r.v2[k] = at.first[(6 + k) * at.size];
-  }
-  return r;
+  return whittle_block_triangle(at.first, at.size, 0);
 }
 
 /* Whether the triangle wins over another at equal t: the order of (instance, triangle). */
