@@ -162,7 +162,7 @@ def test_coherence_depends_on_the_scene_alone() -> None:
     assert len(found) == 1
 
 
-@pytest.mark.parametrize("name", ["spheres", "duplicates", "long_strips"])
+@pytest.mark.parametrize("name", ["spheres", "duplicates", "grazed_sheets"])
 def test_all_together_keep_the_bits(name: str) -> None:
     """Picture, counts and the lecture's statistics are as each render by itself has them."""
     scene, camera = placed(name)
