@@ -89,9 +89,8 @@ static inline bool left_first(const packet *p, uint32_t first, const whittle_nod
 /* Adds what the packet's nodes had of active rays to the pixels of all its rays. */
 static void lecture_share(const ray_watch *watch, const packet *p, uint64_t active,
                           uint64_t visited) {
-  const bool gathered = p->t == p->room.t;
   for (uint32_t k = 0; k < p->count; k++) {
-    packet_share *share = &watch->shares[watch->slot[gathered ? p->slot[k] : p->slot[0] + k]];
+    packet_share *share = &watch->shares[watch->slot[p->list ? p->list[k] : p->first + k]];
     share->active += active, share->visited += visited;
   }
 }

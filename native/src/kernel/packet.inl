@@ -24,29 +24,28 @@ typedef struct packet {
   int axis;
   bool negative[3]; /* signs of the directions */
   packet_view view;
-  float point[3];      /* where it is seen from */
-  float spread;        /* how far the lines may miss that point, and more for rounding */
-  bool looks_negative; /* the sense in which the view sees along the axis */
-  uint32_t alive;      /* lanes not yet blocked, for any-hit rays */
-  uint32_t work;       /* tests of lane groups so far */
-  uint32_t alone;      /* how many packets go ray by ray before the next is tried together */
+  float point[3];       /* where it is seen from */
+  float spread;         /* how far the lines may miss that point, and more for rounding */
+  bool looks_negative;  /* the sense in which the view sees along the axis */
+  uint32_t alive;       /* lanes not yet blocked, for any-hit rays */
+  uint32_t work;        /* tests of lane groups so far */
+  uint32_t first;       /* where the rays stand in their stream, */
+  const uint32_t *list; /* or if not NULL where each does */
   frustum whole;
   frustums groups;
   float *origin[3], *direction[3], *t_min, *t, *u, *v; /* t of a blocked lane is -infinity */
   uint32_t *record, *skip;
   float inverse[3][PACKET_ROOM]; /* 1 / direction; unless there is a view */
   float shear_x[PACKET_ROOM], shear_y[PACKET_ROOM];
-  uint32_t slot[PACKET_ROOM]; /* where each came from in the stream */
   packet_room room;
 } packet;
 
 /* ---- Filling and emptying -----------------------------------------------------------------------
  */
 
-/* Takes `count` rays from slot[0] on, where they stand. */
-static void packet_borrow(packet *p, const ray_stream *rays, uint32_t count) {
-  const uint32_t first = p->slot[0];
-  p->count = count;
+/* Takes `count` rays from `first` on, where they stand. */
+static void packet_borrow(packet *p, const ray_stream *rays, uint32_t first, uint32_t count) {
+  p->count = count, p->first = first, p->list = NULL;
   for (int axis = 0; axis < 3; axis++) {
     p->origin[axis] = rays->origin[axis] + first;
     p->direction[axis] = rays->direction[axis] + first;
@@ -56,28 +55,34 @@ static void packet_borrow(packet *p, const ray_stream *rays, uint32_t count) {
   p->record = rays->record + first, p->skip = rays->skip + first;
 }
 
-/* Takes copies of rays slot[0 .. count). */
-static void packet_gather(packet *p, const ray_stream *rays, uint32_t count) {
+/* Takes copies of the rays of a list; with `resume` also of what they have hit. */
+static void packet_gather(packet *p, const ray_stream *rays, const uint32_t *list, uint32_t count,
+                          bool any, bool resume) {
   packet_room *room = &p->room;
-  p->count = count;
+  p->count = count, p->list = list;
   for (int axis = 0; axis < 3; axis++)
     p->origin[axis] = room->origin[axis], p->direction[axis] = room->direction[axis];
   p->t_min = room->t_min, p->t = room->t, p->u = room->u, p->v = room->v;
   p->record = room->record, p->skip = room->skip;
   for (uint32_t i = 0; i < count; i++) {
-    const uint32_t from = p->slot[i];
+    const uint32_t from = list[i];
     for (int axis = 0; axis < 3; axis++) {
       p->origin[axis][i] = rays->origin[axis][from];
       p->direction[axis][i] = rays->direction[axis][from];
     }
     p->t_min[i] = rays->t_min[from], p->t[i] = rays->t[from], p->skip[i] = rays->skip[from];
+    if (!resume)
+      continue;
+    p->u[i] = rays->u[from], p->v[i] = rays->v[from], p->record[i] = rays->record[from];
+    if (any && p->record[i] != WHITTLE_NONE)
+      p->t[i] = -__builtin_inff();
   }
 }
 
 /* Gives what packet_gather's copies found back to the stream. */
 static void packet_scatter(const packet *p, ray_stream *rays, bool any) {
   for (uint32_t i = 0; i < p->count; i++) {
-    const uint32_t to = p->slot[i];
+    const uint32_t to = p->list[i];
     rays->record[to] = p->record[i];
     if (!any)
       rays->t[to] = p->t[i], rays->u[to] = p->u[i], rays->v[to] = p->v[i];
@@ -220,7 +225,6 @@ static void prepare_slopes(packet *p) {
     f->slope_max[ky][g] = v_reduce_max(shear_y * sense);
     f->slope_min[kz][g] = f->slope_max[kz][g] = 1.0f;
     f->deepest[g] = group_deepest(p, at);
-    v_storeu(&p->record[at], v_setu(WHITTLE_NONE));
   }
   for (int axis = 0; axis < 3; axis++) {
     p->whole.slope_min[axis] = least_of(f->slope_min[axis], g);
@@ -229,9 +233,13 @@ static void prepare_slopes(packet *p) {
 }
 
 /* Derives what the tests need of each ray, and the frustums. */
-static void packet_prepare(packet *p, bool lecture, bool any) {
+static void packet_prepare(packet *p, bool lecture, bool any, bool resume) {
   packet_pad(p);
   p->alive = p->count;
+  for (uint32_t at = 0; !resume && at < p->count; at += V_LANES)
+    v_storeu(&p->record[at], v_setu(WHITTLE_NONE));
+  for (uint32_t i = 0; resume && any && i < p->count; i++)
+    p->alive -= p->record[i] != WHITTLE_NONE;
   p->work = 0;
   p->view = choose_view(p, any);
   if (lecture)

@@ -96,63 +96,104 @@ static bool traverse(const trace_context *context, packet *p, bool any) {
   return any ? wide_traverse(context, p, true, NO_VIEW) : wide_traverse(context, p, false, NO_VIEW);
 }
 
-/* Ray by ray from where a packet was given up; neighbours will hardly do better. */
-static void finish_alone(const trace_context *context, ray_stream *rays, packet *p,
-                         bool consecutive, bool any) {
-  const uint32_t *list = consecutive ? NULL : p->slot;
-  p->alone = 3;
-  any ? wide_alone(context, rays, list, p->slot[0], p->count, true, true)
-      : wide_alone(context, rays, list, p->slot[0], p->count, false, true);
-}
+/* Rays of one class: those of a list, or with list NULL first .. first + count. */
+typedef struct ray_group {
+  const uint32_t *list;
+  uint32_t first, count, class;
+} ray_group;
 
-static void trace_class(const trace_context *context, ray_stream *rays, packet *p, uint32_t class,
-                        uint32_t count, bool any, bool consecutive) {
-  p->axis = (int)class / 8;
+/* Packets larger than this are cut in four before their rays go alone. */
+#define PACKET_SMALL 64
+
+/* A packet, and what the ones before it have shown of the rays to come. */
+typedef struct tracer {
+  packet packet;
+  uint32_t alone;     /* rays that go alone before the next small packet is tried */
+  uint32_t quartered; /* large packets that are cut in four at once */
+} tracer;
+
+static bool trace_group(const trace_context *context, ray_stream *rays, packet *p, ray_group group,
+                        bool any, bool resume) {
+  p->axis = (int)group.class / 8;
   for (int axis = 0; axis < 3; axis++)
-    p->negative[axis] = class >> axis & 1;
-  if (consecutive)
-    packet_borrow(p, rays, count);
+    p->negative[axis] = group.class >> axis & 1;
+  if (group.list)
+    packet_gather(p, rays, group.list, group.count, any, resume);
   else
-    packet_gather(p, rays, count);
-  packet_prepare(p, context->mode == WHITTLE_LECTURE, any);
+    packet_borrow(p, rays, group.first, group.count);
+  packet_prepare(p, context->mode == WHITTLE_LECTURE, any, resume);
   const bool done = traverse(context, p, any);
-  if (!consecutive)
+  if (group.list)
     packet_scatter(p, rays, any);
-  if (!done)
-    finish_alone(context, rays, p, consecutive, any);
+  return done;
 }
 
-static void trace_packet(const trace_context *context, ray_stream *rays, packet *p, uint32_t first,
-                         uint32_t count, bool any) {
+/* A packet; if it has too little in common, its quarters, and at last its rays, from where it was
+ * given up. Neighbours will hardly do better. */
+static void trace_class(const trace_context *context, ray_stream *rays, tracer *t, ray_group group,
+                        bool any, bool resume) {
+  if (trace_group(context, rays, &t->packet, group, any, resume))
+    return;
+  if (group.count <= PACKET_SMALL) {
+    t->alone = 3 * group.count;
+    any ? wide_alone(context, rays, group.list, group.first, group.count, true, true)
+        : wide_alone(context, rays, group.list, group.first, group.count, false, true);
+    return;
+  }
+  t->quartered = 3;
+  const uint32_t step = (group.count / 4 + V_LANES - 1) / V_LANES * V_LANES;
+  for (uint32_t at = 0; at < group.count; at += step) {
+    ray_group part = group;
+    part.list = group.list ? group.list + at : NULL, part.first += at;
+    part.count = group.count - at < step ? group.count - at : step;
+    trace_class(context, rays, t, part, any, true);
+  }
+}
+
+/* Rays of several classes, or that share lanes with others: a packet for each class. */
+static void trace_mixed(const trace_context *context, ray_stream *rays, tracer *t, uint32_t first,
+                        uint32_t count, bool any) {
   const uint32_t least = context->mode == WHITTLE_LECTURE ? 1 : PACKET_LEAST;
-  if (p->alone > 0) {
-    p->alone--;
-    trace_alone(context, rays, NULL, first, count, any);
-    return;
-  }
-  const uint32_t class = ray_class(rays, first);
-  if (class != RAY_ALONE && count >= least && fills_groups(rays, first, count) &&
-      one_class(rays, first, count, class)) {
-    p->slot[0] = first;
-    trace_class(context, rays, p, class, count, any, true);
-    return;
-  }
   uint8_t classes[WHITTLE_MAX_PACKET];
-  uint32_t sizes[RAY_CLASSES + 1] = {0};
+  uint32_t list[WHITTLE_MAX_PACKET], sizes[RAY_CLASSES + 1] = {0};
   for (uint32_t i = 0; i < count; i++)
     sizes[classes[i] = (uint8_t)ray_class(rays, first + i)]++;
   for (uint32_t c = 0; c <= RAY_CLASSES; c++) {
     uint32_t members = 0;
     for (uint32_t i = 0; i < count && members < sizes[c]; i++)
       if (classes[i] == c)
-        p->slot[members++] = first + i;
-    if (members == 0)
-      continue;
-    if (c != RAY_ALONE && members >= least)
-      trace_class(context, rays, p, c, members, any, false);
+        list[members++] = first + i;
+    if (members > 0 && c != RAY_ALONE && members >= least)
+      trace_class(context, rays, t, (ray_group){list, 0, members, c}, any, false);
     else
-      trace_alone(context, rays, p->slot, 0, members, any);
+      trace_alone(context, rays, list, 0, members, any);
   }
+}
+
+static void trace_packet(const trace_context *context, ray_stream *rays, tracer *t, uint32_t first,
+                         uint32_t count, bool any) {
+  const bool lecture = context->mode == WHITTLE_LECTURE;
+  const bool large = count > PACKET_SMALL && !lecture;
+  if (!large && t->alone > 0) {
+    t->alone -= count < t->alone ? count : t->alone;
+    trace_alone(context, rays, NULL, first, count, any);
+    return;
+  }
+  const uint32_t class = ray_class(rays, first);
+  const bool cut = large && t->quartered > 0;
+  if (!cut && class != RAY_ALONE && (count >= PACKET_LEAST || lecture) &&
+      fills_groups(rays, first, count) && one_class(rays, first, count, class)) {
+    trace_class(context, rays, t, (ray_group){NULL, first, count, class}, any, false);
+    return;
+  }
+  if (!large) {
+    trace_mixed(context, rays, t, first, count, any);
+    return;
+  }
+  t->quartered -= cut;
+  const uint32_t step = (count / 4 + V_LANES - 1) / V_LANES * V_LANES;
+  for (uint32_t at = 0; at < count; at += step)
+    trace_packet(context, rays, t, first + at, count - at < step ? count - at : step, any);
 }
 
 static void trace_stream(const trace_context *context, ray_stream *rays, bool any) {
@@ -168,11 +209,11 @@ static void trace_stream(const trace_context *context, ray_stream *rays, bool an
   } else if (context->mode == WHITTLE_SINGLE || context->packet <= 1) {
     trace_alone(context, rays, NULL, 0, rays->count, any);
   } else {
-    packet p;
-    p.alone = 0;
+    tracer t;
+    t.alone = t.quartered = 0;
     for (uint32_t first = 0; first < rays->count; first += context->packet) {
       const uint32_t left = rays->count - first;
-      trace_packet(context, rays, &p, first, left < context->packet ? left : context->packet, any);
+      trace_packet(context, rays, &t, first, left < context->packet ? left : context->packet, any);
     }
   }
 }

@@ -13,9 +13,9 @@
  * of slopes and of sheared vertices (a hit has one vertex on each side of the ray on each axis). */
 #define RECTANGLE_PAD 0x1p-20f
 
-/* Tests of lane groups that a packet may spend for each of its rays: about what a quarter of the
- * rays would cost alone. Beyond that its rays have too little in common. */
-#define WORK_PER_RAY 12
+/* Tests of lane groups that a packet may spend for each of its rays: about what half of the rays
+ * would cost alone. Beyond that its rays have too little in common. */
+#define WORK_PER_RAY 24
 
 #define VIEW_ROOM (WHITTLE_BLOCK + V_LANES)
 
