@@ -24,7 +24,11 @@ static inline bool wins_tie(const triangle_store *store, uint32_t record, uint32
 
 #include "kernel/lecture.inl"
 
+#include "kernel/block.inl"
+
 #include "kernel/wide.inl"
+
+#include "kernel/wide_ray.inl"
 
 /* Below this many rays of a class a packet costs more than it saves. */
 #define PACKET_LEAST 4
