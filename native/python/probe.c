@@ -25,7 +25,7 @@ static PyObject *copied(module_state *state, size_t count, const char *dtype, si
 /* In world units, from the origin to the hit. */
 static double distance(const whittle_probe_ray *ray) {
   const double *d = ray->direction;
-  return isinf(ray->t) ? INFINITY : ray->t * hypot(hypot(d[0], d[1]), d[2]);
+  return isinf(ray->t) ? INFINITY : ray->t * sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
 }
 
 static PyObject *ray_dict(module_state *state, const whittle_probe_ray *ray) {

