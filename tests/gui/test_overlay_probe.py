@@ -112,12 +112,17 @@ def test_rays_are_drawn_in_the_colours_of_their_kinds(gui: Gui):
     data = gui.space().region_3d
     data.view_rotation.rotate(Quaternion((0, 0, 1), 0.7))
     for kind in dict.fromkeys(ray.kind for ray in found.rays):
-        session.ray_index = [ray.kind for ray in found.rays].index(kind)
-        yield from gui.redrawn()
-        pixels = yield from gui.pixels()
-        near = abs(pixels[..., :3] - overlay.COLORS[kind][:3]).max(axis=-1) < 0.06
-        gui.report(f"{kind}: {near.sum()} pixels")
-        assert near.sum() > 30
+        most = 0  # some rays are short, or end on: one of the kind must be there to see
+        for index in (i for i, ray in enumerate(found.rays) if ray.kind == kind):
+            session.ray_index = index
+            yield from gui.redrawn()
+            pixels = yield from gui.pixels()
+            near = abs(pixels[..., :3] - overlay.COLORS[kind][:3]).max(axis=-1) < 0.06
+            most = max(most, int(near.sum()))
+            if most > 30:
+                break
+        gui.report(f"{kind}: {most} pixels")
+        assert most > 30
     gui.screenshot("rays")
 
 
