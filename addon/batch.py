@@ -17,9 +17,12 @@ import bpy
 from . import cost, heat, passes, progress, results
 from .builtin_panels import ENGINE
 from .cost.budgets import help_text
+from .cost.compare import CompareError, sentence
+from .cost.files import Before
 from .cost.report import Report
 
 BROKEN = 3  # the exit code
+MOST_CHANGES = 5  # that are printed of a view layer
 FORMATS = {"png": ("PNG", ".png"), "exr": ("OPEN_EXR_MULTILAYER", ".exr")}
 
 
@@ -37,7 +40,9 @@ def main(argv: list[str]) -> int:
     broken = 0
     try:
         _open(options)
-        report = Report(bpy.data.filepath, options.budget) if _counts(options) else None
+        report = None
+        if _counts(options):
+            report = Report(bpy.data.filepath, options.budget, options.baseline)
         for frame in options.frames or [bpy.context.scene.frame_current]:
             _run_frame(options, frame)
             if report:
@@ -47,6 +52,9 @@ def main(argv: list[str]) -> int:
         return 1
     except cost.BudgetError as error:
         print(f"whittle: --budget {error}", file=sys.stderr)
+        return 2
+    except CompareError as error:
+        print(f"whittle: --baseline: {error}", file=sys.stderr)
         return 2
     return BROKEN if broken else 0
 
@@ -81,6 +89,11 @@ def _parser() -> argparse.ArgumentParser:
         default=[],
         help=f"such as nodes_p95<=120; may be given several times; exit code {BROKEN} if broken",
     )
+    heatmap.add_argument(
+        "--baseline",
+        type=baseline,
+        help="a cost.json of an earlier run: says which objects and materials changed since",
+    )
     return parser
 
 
@@ -89,6 +102,14 @@ def budget(text: str) -> cost.Budget:
     try:
         return cost.Budget.parse(text, _counters())
     except cost.BudgetError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def baseline(path: str) -> Before:
+    """The cost.json to compare with, read before this run may write over it."""
+    try:
+        return Before(path)
+    except CompareError as error:
         raise argparse.ArgumentTypeError(str(error)) from error
 
 
@@ -179,9 +200,11 @@ def _judge_frame(options: argparse.Namespace, report: Report) -> int:
         for result in results.last:
             for verdict in report.add(result):
                 layer = f", {result.layer}" if len(results.last) > 1 else ""
-                sentence = f"whittle: frame {result.frame}{layer}: {verdict.sentence()}"
-                print(sentence, file=sys.stdout if verdict.kept else sys.stderr, flush=True)
+                said = f"whittle: frame {result.frame}{layer}: {verdict.sentence()}"
+                print(said, file=sys.stdout if verdict.kept else sys.stderr, flush=True)
                 broken += not verdict.kept
+            for change in report.changes[:MOST_CHANGES]:
+                print(f"whittle: frame {result.frame}: {sentence(change)}", flush=True)
     finally:
         for path in report.write(options.out):
             print(f"whittle: wrote {path}", flush=True)

@@ -11,10 +11,14 @@ from typing import Any
 import numpy as np
 
 from .budgets import Verdict
+from .compare import Change, CompareError, Side
+from .hints import Hint
 from .measured import Measured
 from .rows import KINDS, Row
 
 VERSION = 1
+
+COMPARED = ("work", "node_visits", "triangle_tests", "triangles", "memory", "box_fill", "overlap")
 
 COLUMNS = (
     "frame",
@@ -42,6 +46,8 @@ COLUMNS = (
     "triangles_per_pixel",
     "stretched_by",
     "hints",
+    "work_before",
+    "work_difference",
 )
 
 
@@ -64,6 +70,7 @@ def frame_dict(
         "objects": [_row_dict(row) for row in rows if row.kind == "object"],
         "materials": [_row_dict(row) for row in rows if row.kind == "material"],
         "budgets": [],
+        "baseline": None,
     }
 
 
@@ -85,6 +92,66 @@ def verdict_dict(verdict: Verdict) -> dict[str, Any]:
         "shared": row.shared if row else None,
         "part": verdict.part,
     }
+
+
+class Before:
+    """A cost.json that was read again, to compare with."""
+
+    def __init__(self, path: str) -> None:
+        """CompareError if it cannot be read, or is none."""
+        try:
+            with open(path, encoding="utf-8") as file:
+                document = json.load(file)
+        except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+            raise CompareError(f"'{path}' cannot be read: {error}") from error
+        schema = document.get("schema") if isinstance(document, dict) else None
+        if schema != "whittle-cost" or document.get("version") != VERSION:
+            raise CompareError(
+                f"'{path}' is no cost.json of version {VERSION}: write one with whittle heatmap"
+            )
+        self.path = path
+        try:
+            self._sides = {(row["frame"], row["layer"]): _side(row) for row in document["frames"]}
+        except (KeyError, TypeError) as error:
+            raise CompareError(f"'{path}' lacks what a cost.json has: {error}") from error
+
+    def of(self, frame: int, layer: str) -> tuple[int, Side]:
+        """The view layer at this frame, or at the only one that there is; and which."""
+        found = {f: side for (f, name), side in self._sides.items() if name == layer}
+        if frame not in found and len(found) != 1:
+            raise CompareError(f"'{self.path}' has no view layer '{layer}' at frame {frame}")
+        return (frame, found[frame]) if frame in found else next(iter(found.items()))
+
+
+def _side(frame: dict[str, Any]) -> Side:
+    rows = [_row(row) for row in frame["objects"] + frame["materials"]]
+    return Side(frame["layer"], tuple(frame["size"]), frame["samples"], rows)
+
+
+def _row(values: dict[str, Any]) -> Row:
+    """Names that a later version may have gained are left out."""
+    known = {field.name: values[field.name] for field in fields(Row) if field.name in values}
+    names = [field.name for field in fields(Hint)]
+    hints = tuple(Hint(**{name: hint[name] for name in names}) for hint in values["hints"])
+    return Row(**known | {"hints": hints})
+
+
+def baseline_dict(before: Before, frame: int, changed: list[Change]) -> dict[str, Any]:
+    """What has changed since; `frame`: that of the baseline."""
+    return {"file": before.path, "frame": frame, "changes": [_change_dict(one) for one in changed]}
+
+
+def _change_dict(change: Change) -> dict[str, Any]:
+    row = change.row
+    values = {"kind": row.kind, "name": row.name, "shared": row.shared}
+    for metric in COMPARED:
+        old, new = change.values(metric)
+        values |= {
+            f"{metric}_before": old,
+            f"{metric}_now": new,
+            f"{metric}_difference": change.difference(metric),
+        }
+    return values
 
 
 def to_json(file: str, frames: list[dict[str, Any]]) -> str:
@@ -120,7 +187,7 @@ def to_csv(frames: list[dict[str, Any]]) -> str:
     writer.writeheader()
     for frame in frames:
         for row in frame["objects"] + frame["materials"]:
-            writer.writerow(_csv_row(frame, row))
+            writer.writerow(_csv_row(frame, row) | _csv_change(frame, row))
     return text.getvalue()
 
 
@@ -132,3 +199,15 @@ def _csv_row(frame: dict[str, Any], row: dict[str, Any]) -> dict[str, Any]:
         | {f"triangles_{kind}": row["triangle_tests"][kind] for kind in KINDS}
         | {"hints": "; ".join(hint["text"] for hint in row["hints"])}
     )
+
+
+def _csv_change(frame: dict[str, Any], row: dict[str, Any]) -> dict[str, Any]:
+    """Of a row that is as it was, the difference is 0."""
+    if frame["baseline"] is None:
+        return {}
+    names = ("kind", "name", "shared")
+    work = sum(row["node_visits"].values()) + sum(row["triangle_tests"].values())
+    for change in frame["baseline"]["changes"]:
+        if all(change[name] == row[name] for name in names):
+            return {name: change[name] for name in ("work_before", "work_difference")}
+    return {"work_before": work, "work_difference": 0}

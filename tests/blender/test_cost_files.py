@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The heatmap command: what it counts, whom it names, and its exit codes."""
 
+import csv
 import json
 import sys
 from pathlib import Path
@@ -17,6 +18,7 @@ sys.path.insert(0, str(ROOT / "docs" / "make"))
 import bad_scene  # noqa: E402
 
 KINDS = ("primary", "shadow", "reflection", "refraction")
+WORK = ("node_visits", "triangle_tests")
 SMALL = bad_scene.Size(slivers=2_000, trees=25, layers=6)
 
 
@@ -231,3 +233,70 @@ def test_the_example_s_page_is_made_of_its_counts(addon, tmp_path, monkeypatch):
     shown = [line for line in kept.splitlines() if line.startswith("![")]
     assert len(shown) == 3 and all(line in page for line in shown)
     assert len(list((tmp_path / "pictures").iterdir())) == 3
+
+
+@pytest.fixture
+def before(heatmap, tmp_path):
+    """The cost.json of the bad scene."""
+    assert heatmap() == 0
+    path = tmp_path / "before.json"
+    (tmp_path / "out" / "cost.json").rename(path)
+    return path
+
+
+def test_a_baseline_adds_the_differences_and_prints_the_largest(
+    heatmap, before, scene, tmp_path, capsys
+):
+    bpy.data.objects[bad_scene.PARASOL].data = bpy.data.objects[bad_scene.BALL].data
+    bpy.ops.wm.save_mainfile()
+    capsys.readouterr()
+    assert heatmap("--baseline", str(before)) == 0
+    said = [line for line in capsys.readouterr().out.splitlines() if "tests before" in line]
+    assert len(said) == 5 and "object 'Parasol'" in " ".join(said[:2])
+    frame = frame_of(tmp_path / "out")
+    old = json.loads(before.read_text())["frames"][0]
+    found = frame["baseline"]
+    assert (found["file"], found["frame"]) == (str(before), frame["frame"])
+    for kind, rows in (("object", "objects"), ("material", "materials")):
+        mine = [change for change in found["changes"] if change["kind"] == kind]
+        work = [
+            sum(sum(row[name].values()) for row in one[rows] for name in WORK)
+            for one in (old, frame)
+        ]
+        assert sum(change["work_difference"] for change in mine) == work[1] - work[0] < 0
+    lines = (tmp_path / "out" / "cost.csv").read_text().splitlines()
+    differences = {row["name"]: row["work_difference"] for row in csv.DictReader(lines)}
+    (parasol,) = (c for c in found["changes"] if (c["kind"], c["name"]) == ("object", "Parasol"))
+    assert differences["Parasol"] and parasol["triangles_difference"] == 2208 - SMALL.slivers
+
+
+def test_nothing_changes_without_a_change(heatmap, before, tmp_path):
+    assert heatmap("--baseline", str(before)) == 0
+    assert frame_of(tmp_path / "out")["baseline"]["changes"] == []
+    with (tmp_path / "out" / "cost.csv").open() as file:
+        assert {row["work_difference"] for row in csv.DictReader(file)} == {"0"}
+
+
+def test_another_number_of_samples_is_refused(heatmap, before, capsys):
+    assert heatmap("--baseline", str(before), "--samples", "4") == 2
+    assert "render with as many" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", [None, "no json", "[]", '{"schema": "whittle-cost"}'])
+def test_an_unreadable_baseline_is_exit_code_2_before_anything_is_rendered(
+    heatmap, tmp_path, capsys, text
+):
+    path = tmp_path / "old.json"
+    if text is not None:
+        path.write_text(text)
+    assert heatmap("--baseline", str(path)) == 2
+    assert "old.json" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_baseline_without_its_frames_is_said_so(heatmap, before, capsys):
+    document = json.loads(before.read_text())
+    del document["frames"][0]["size"]
+    before.write_text(json.dumps(document))
+    assert heatmap("--baseline", str(before)) == 2
+    assert "lacks what a cost.json has: 'size'" in capsys.readouterr().err
