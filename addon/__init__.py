@@ -4,9 +4,9 @@
 
 import atexit
 
-from . import batch, builtin_panels, engine, inspect, operators, panels, properties
+from . import batch, builtin_panels, cost_ui, engine, inspect, operators, panels, properties
 
-PARTS = (properties, engine, operators, panels, builtin_panels, batch, inspect)
+PARTS = (properties, engine, operators, panels, builtin_panels, batch, inspect, cost_ui)
 
 _registered = False
 

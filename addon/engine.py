@@ -105,6 +105,7 @@ def render_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph)
         notes=notes.lines(),
         counters={row.source: image[row.source][..., 0] for row in table if row.counter},
         cost=measured,
+        settings=properties.kept(frame),
     )
     _keep(engine, result)
 

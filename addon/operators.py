@@ -27,7 +27,7 @@ class WHITTLE_OT_heatmaps(bpy.types.Operator):
         except heat.HeatError as error:
             self.report({"ERROR"}, f"Whittle: {error}")
             return {"CANCELLED"}
-        _show_in_editor(context, images[0])
+        show_in_editor(context, images[0])
         self.report({"INFO"}, f"Whittle: {len(images)} heatmaps: see the Image Editor's list")
         return {"FINISHED"}
 
@@ -47,7 +47,7 @@ def draw_heatmaps(scene: bpy.types.Scene) -> list[bpy.types.Image]:
     return images
 
 
-def _show_in_editor(context: bpy.types.Context, image: bpy.types.Image) -> None:
+def show_in_editor(context: bpy.types.Context, image: bpy.types.Image) -> None:
     """Shows an image in the first Image Editor that is open, if there is one."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:

@@ -152,6 +152,13 @@ def core_settings(scene: bpy.types.Scene, sources: list[str]) -> dict[str, Any]:
     }
 
 
+def kept(scene: bpy.types.Scene) -> dict[str, Any]:
+    """The settings that change what a render costs, by their names in Blender."""
+    rows = scene.whittle.bl_rna.properties
+    names = ("samples", "pattern", "seed", "max_depth", "cutoff", "mode", "bins")
+    return {rows[name].name: getattr(scene.whittle, name) for name in names}
+
+
 def threads(scene: bpy.types.Scene) -> int:
     """Blender's own thread setting, ``-t`` included; 0: as many as the machine allows."""
     return scene.render.threads if scene.render.threads_mode == "FIXED" else 0

@@ -3,6 +3,7 @@
 """The last render's numbers, counts and notes, kept for panels, heatmaps and batch runs."""
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,6 +26,7 @@ class Result:
     notes: list[str]
     counters: dict[str, np.ndarray] = field(default_factory=dict)  # source -> (h, w) float32
     cost: Measured | None = None  # of a render that counted
+    settings: dict[str, Any] = field(default_factory=dict)  # by their names in the scene
 
     def rays(self) -> int:
         """How many rays were traced, of all kinds."""
@@ -45,6 +47,9 @@ class Result:
 last: list[Result] = []
 """The view layers of the last frame rendered; empty before the first one."""
 
+listeners: list[Callable[[Result], None]] = []
+"""Called with each view layer that was rendered, on the thread that renders."""
+
 
 def store(result: Result) -> None:
     """Adds a view layer to the frame at hand, or starts the next frame with it."""
@@ -52,6 +57,8 @@ def store(result: Result) -> None:
     if not same or any(other.layer == result.layer for other in last):
         last.clear()
     last.append(result)
+    for listener in listeners:
+        listener(result)
 
 
 def to_json(results: list[Result]) -> str:

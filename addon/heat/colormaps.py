@@ -31,6 +31,9 @@ STOPS = {
     "GREY": "000000ffffff",
 }
 
+# Blue for less, grey for the same, red for more.
+DIFFERENCE = {"DIFFERENCE": "0b3c8c2f6fc47fb0e6d9d9d9f0a07dcf4a2c8c1508"}
+
 ITEMS = (
     ("VIRIDIS", "Viridis", "Dark blue to yellow, even to the eye"),
     ("TURBO", "Turbo", "Blue through green to red: strong contrasts, not even to the eye"),
@@ -52,4 +55,7 @@ def apply(name: str, values: NDArray[np.floating]) -> NDArray[np.float32]:
 
 def stops(name: str) -> NDArray[np.float64]:
     """The colours (n, 3) between which a map goes straight, sRGB in [0, 1]."""
-    return np.frombuffer(bytes.fromhex(STOPS[name]), dtype=np.uint8).reshape(-1, 3) / 255
+    return (
+        np.frombuffer(bytes.fromhex((STOPS | DIFFERENCE)[name]), dtype=np.uint8).reshape(-1, 3)
+        / 255
+    )

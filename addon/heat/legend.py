@@ -16,12 +16,14 @@ INK = 0.93
 
 @dataclass(frozen=True)
 class Legend:
-    """What a legend says: counts from 0 to `top`; `title` and `summary` share its first line."""
+    """What a legend says: numbers from `low`, 0 or -top, to `top`; `title` and `summary` share its
+    first line."""
 
     title: str
     summary: str
     colormap: str
     top: float
+    low: float = 0.0
 
 
 def draw(legend: Legend, width: int) -> NDArray[np.float32]:
@@ -38,20 +40,30 @@ def draw(legend: Legend, width: int) -> NDArray[np.float32]:
         text.Label(legend.title, margin, 3.75 * font, "LEFT"),
         text.Label(legend.summary, width - margin, 3.75 * font, "RIGHT"),
     ]
-    for tick in ticks(legend.top):
-        x = margin + round((length - 1) * tick / legend.top)
+    for tick in _marks(legend):
+        x = margin + round((length - 1) * (tick - legend.low) / (legend.top - legend.low))
         band[bar.start - font // 3 : bar.start, x] = INK
-        align = "LEFT" if tick == 0 else "CENTER"
-        labels.append(text.Label(f"{tick:,g}", margin if tick == 0 else x, 0.55 * font, align))
-    if legend.top not in ticks(legend.top):
+        align = "LEFT" if tick == legend.low else "CENTER"
+        labels.append(text.Label(f"{tick:,g}", x, 0.55 * font, align))
+    if legend.low < 0:
+        labels.append(text.Label(f"< {number(legend.low)}", margin, 0.55 * font, "LEFT"))
+    if legend.low < 0 or legend.top not in ticks(legend.top):
         labels.append(text.Label(f"{number(legend.top)}+", width - margin, 0.55 * font, "RIGHT"))
     cover = text.cover(labels, font, width, height)[..., np.newaxis]
     return band * (1.0 - cover) + INK * cover
 
 
+def _marks(legend: Legend) -> list[float]:
+    """Where the ticks are: on both sides of 0 if the legend has both, and then fewer."""
+    if legend.low == 0:
+        return ticks(legend.top)
+    marks = [mark for mark in ticks(2 * legend.top) if mark < 0.62 * legend.top]
+    return [-mark for mark in marks[:0:-1]] + marks
+
+
 def number(value: float) -> str:
     """A measured number as a legend shows it."""
-    return f"{value:,.0f}" if value >= 1000 else f"{value:.4g}"
+    return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"
 
 
 def ticks(top: float) -> list[float]:

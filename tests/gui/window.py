@@ -112,7 +112,7 @@ class Gui:
 
     def _point(self, x: float, y: float) -> None:
         left, top = self._corner()
-        _x_tool("mousemove", left + int(x), top + self.window.height - 1 - int(y))
+        x_tool("mousemove", left + int(x), top + self.window.height - 1 - int(y))
 
     def _corner(self) -> tuple[int, int]:
         """Where the window's upper left corner is on the screen; Blender knows it only roughly."""
@@ -125,9 +125,9 @@ class Gui:
         """A real click: 1 left, 2 middle, 3 right."""
         yield from self.move(x - 3, y)
         yield from self.move(x, y)
-        _x_tool("mousedown", button)
+        x_tool("mousedown", button)
         yield SETTLE
-        _x_tool("mouseup", button)
+        x_tool("mouseup", button)
         yield 2 * SETTLE
 
     def drag(
@@ -140,20 +140,20 @@ class Gui:
     ) -> Steps:
         """Presses at the start, moves in steps, and lets go at the end."""
         yield from self.move(*start)
-        _x_tool("mousedown", button)
+        x_tool("mousedown", button)
         yield SETTLE
         for step in range(1, moves + 1):
             self._point(*(a + (b - a) * step / moves for a, b in zip(start, end, strict=True)))
             yield wait
-        _x_tool("mouseup", button)
+        x_tool("mouseup", button)
         yield 2 * SETTLE
 
     def key(self, name: str, at: tuple[float, float] | None = None) -> Steps:
         """Presses a key over a place, the middle of the largest 3D viewport if none is given."""
         yield from self.move(*(at or self.center()))
-        _x_tool("windowfocus", "--sync", _window_id())
+        x_tool("windowfocus", "--sync", _window_id())
         yield SETTLE
-        _x_tool("key", KEYS.get(name, name))
+        x_tool("key", KEYS.get(name, name))
         yield 2 * SETTLE
 
     # ---- Places to click ----
@@ -245,7 +245,8 @@ def _frame_buffer() -> NDArray[np.float32]:
     return np.array(buffer, dtype=np.float32).reshape(height, width, 4)
 
 
-def _x_tool(*words: object) -> None:
+def x_tool(*words: object) -> None:
+    """Moves the pointer or presses buttons and keys, in xdotool's words."""
     subprocess.run(["xdotool", *map(str, words)], check=True)
 
 
