@@ -56,8 +56,10 @@ def frame_dict(
     measured: Measured,
     rows: list[Row],
     values: dict[str, float],
+    packets: dict[str, Any] | None,
 ) -> dict[str, Any]:
-    """One view layer of one frame, not yet judged. `place`: scene, layer, frame and size."""
+    """One view layer of one frame, not yet judged. `place`: scene, layer, frame and size;
+    `packets`: as packets.shares gives them."""
     tree = {
         name: value
         for name, value in measured.quality.items()
@@ -67,6 +69,7 @@ def frame_dict(
         "samples": measured.samples,
         "metrics": values,
         "tree": tree,
+        "packets": packets,
         "objects": [_row_dict(row) for row in rows if row.kind == "object"],
         "materials": [_row_dict(row) for row in rows if row.kind == "material"],
         "budgets": [],

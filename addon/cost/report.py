@@ -11,6 +11,7 @@ from . import files
 from .budgets import Budget, Verdict
 from .compare import Change, Side, changes
 from .metrics import scene_values
+from .packets import shares
 from .rows import Row, make_rows
 
 
@@ -34,7 +35,7 @@ class Report:
         rows = make_rows(result.cost)
         values = scene_values(result.cost, result.counters, result.rays())
         place = {name: getattr(result, name) for name in ("scene", "layer", "frame", "size")}
-        frame = files.frame_dict(place, result.cost, rows, values)
+        frame = files.frame_dict(place, result.cost, rows, values, shares(result.render))
         self._frames.append(frame)
         self.changes = self._compare(result, rows, frame)
         verdicts = [budget.judge(values, rows) for budget in self._budgets]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cost.packets import shares
 from ..results import Result
 from .columns import count, decimal, memory, percent
 
@@ -43,22 +44,26 @@ def tree(result: Result) -> list[tuple[str, str]]:
 
 def packets(result: Result) -> list[tuple[str, str]]:
     """How the lecture's packets went; nothing if another traversal ran."""
-    stats = result.render
-    if not stats["packets"]:
+    found = shares(result.render)
+    if found is None:
         return []
-    share = stats["active_rays"] / max(1, stats["visited_rays"])
-    decided = [stats[f"decided_{how}"] for how in ("first", "frustum", "brute_force")]
-    all_decided = max(1, sum(decided))
+    stats, share, decided = result.render, found["coherence"], found["decided"]
     return [
-        ("Coherence", percent(share)),
+        ("Coherence", _percent(share)),
         ("Rays / Rays at a Node", f"{1 / share:.3f}" if share else "-"),
+        (f"Use of {found['lanes']} Lanes, Nodes", _percent(found["node_lane_use"])),
+        (f"Use of {found['lanes']} Lanes, Tests", _percent(found["triangle_lane_use"])),
         ("Packets", f"{stats['packets']:,}"),
         ("Rays per Packet", decimal(stats["packet_rays"] / stats["packets"])),
         ("Nodes per Packet", decimal(stats["packet_nodes"] / stats["packets"])),
-        ("First Ray Decided", percent(decided[0] / all_decided)),
-        ("Frustum Decided", percent(decided[1] / all_decided)),
-        ("Ray by Ray Decided", percent(decided[2] / all_decided)),
+        ("First Ray Decided", _percent(decided["first"])),
+        ("Frustum Decided", _percent(decided["frustum"])),
+        ("Ray by Ray Decided", _percent(decided["brute_force"])),
     ]
+
+
+def _percent(share: float | None) -> str:
+    return "-" if share is None else percent(share)
 
 
 def histogram(counts: NDArray[np.uint64]) -> list[tuple[str, int, float]]:

@@ -507,10 +507,15 @@ typedef struct whittle_render_stats {
   uint64_t decided_first, decided_frustum, decided_brute_force;
   uint64_t active_rays;  /* rays that hit the nodes their packets visited, summed */
   uint64_t visited_rays; /* rays in those packets, summed */
-  double seconds;        /* wall time */
+  /* Lanes of the groups of rays that nodes and triangles were tested with, and how many of these
+   * held a ray that still looked for a hit and had entered the node above, or the triangle's leaf.
+   * They hang on the width of the instruction set, which is `lanes`. */
+  uint64_t node_lanes, node_lanes_used, triangle_lanes, triangle_lanes_used;
+  double seconds; /* wall time */
   double seconds_primary, seconds_shadow, seconds_secondary,
       seconds_shade; /* summed over threads */
   uint32_t threads;
+  uint32_t lanes;        /* rays in a vector */
   uint32_t needs;        /* of the scene and settings */
   uint32_t kernel_needs; /* of the kernel that ran; more than needs only if generic */
   uint64_t bytes;        /* working memory beside the images */

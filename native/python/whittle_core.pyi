@@ -154,7 +154,8 @@ class Scene:
         1/1024), transparent, mode ("fast", "lecture", "single"), packet, threads, generic, cost.
         stats: by the names of whittle_render_stats, with rays, nodes and triangles as dicts by
         kind (primary, shadow, reflection, refraction), ``needs`` and ``kernel_needs`` as lists of
-        names, and ``left_out``: a list of (name, reason).
+        names, and ``left_out``: a list of (name, reason). Of these, node_lanes, triangle_lanes and
+        those used depend on the instruction set (lanes), like times and bytes.
 
         With settings["cost"] the render counts, and the result has ``cost``: {"instance":
         {"nodes": uint64 (4, n + 1), "triangles": uint64 (4, n + 1)}, "material": the same with

@@ -250,6 +250,10 @@ def test_the_lectures_packets_are_told_of(session, scene):
     share = stats["active_rays"] / stats["visited_rays"]
     assert 0 < share < 1 and rows["Coherence"] == f"{100 * share:.1f} %"
     assert float(rows["Rays / Rays at a Node"]) == pytest.approx(1 / share, abs=1e-3)
+    used = [rows[f"Use of {stats['lanes']} Lanes, {what}"] for what in ("Nodes", "Tests")]
+    for what, text in zip(("node", "triangle"), used, strict=True):
+        part = stats[f"{what}_lanes_used"] / stats[f"{what}_lanes"]
+        assert 0 < part < 1 and text == f"{100 * part:.1f} %"
     decided = [rows[f"{who} Decided"] for who in ("First Ray", "Frustum", "Ray by Ray")]
     assert sum(float(text.strip("< %")) for text in decided) == pytest.approx(100, abs=0.2)
 

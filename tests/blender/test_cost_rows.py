@@ -365,7 +365,7 @@ def result() -> Result:
         size=(6, 4),
         seconds={},
         build={},
-        render={"rays": {"primary": 96}},
+        render={"rays": {"primary": 96}, "packets": 0},
         notes=[],
         counters=images,
         cost=measured(NAMES, ["Bark", ""]),
@@ -399,6 +399,41 @@ def test_the_files_hold_every_row(result, tmp_path):
     assert [line["name"] for line in lines[: len(rows)]] == [row.name for row in rows]
     assert int(lines[0]["nodes_shadow"]) == rows[0].node_visits["shadow"]
     assert {line["sah_cost"] for line in lines if line["kind"] == "material"} == {""}
+
+
+PACKETS = {
+    "packets": 3,
+    "active_rays": 6,
+    "visited_rays": 8,
+    "lanes": 4,
+    "node_lanes": 40,
+    "node_lanes_used": 30,
+    "triangle_lanes": 0,
+    "triangle_lanes_used": 0,
+    "decided_first": 5,
+    "decided_frustum": 2,
+    "decided_brute_force": 3,
+}
+
+
+def test_packets_are_told_of_where_they_were_counted(result, tmp_path):
+    from addon.cost.report import Report
+
+    report = Report("/tree.blend", [])
+    report.add(result)
+    report.add(replace(result, render=result.render | PACKETS))
+    frames = json.loads(Path(report.write(str(tmp_path))[0]).read_text())["frames"]
+    assert frames[0]["packets"] is None
+    assert frames[1]["packets"] == {
+        "packets": 3,
+        "coherence": 0.75,
+        "lanes": 4,
+        "node_lane_use": 0.75,
+        "triangle_lane_use": None,
+        "decided": {"first": 0.5, "frustum": 0.2, "brute_force": 0.3},
+    }
+    page = (DOCS / "cost-files.md").read_text()
+    assert all(f"`{name}`" in page for name in frames[1]["packets"])
 
 
 def test_the_schema_is_written_down():

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import whittle_core
 from cameras import perspective
-from numpy.typing import NDArray
+from packets import SQUARE, Packet, from_probe
 
 SIZE = (120, 75)
 LECTURE = {"mode": "lecture", "passes": ("coherence",)}
@@ -53,48 +53,6 @@ def test_no_leaf_is_depth_0() -> None:
 # ---- Coherence -----------------------------------------------------------------------------------
 
 
-class Packet:
-    """Rays that go down the tree together, as the lecture has it."""
-
-    def __init__(self, nodes: NDArray, corners: NDArray, rays: list[counting.Ray]) -> None:
-        self.nodes, self.corners, self.rays = nodes, corners, rays
-        self.best = [ray.t_max for ray in rays]
-        self.active = self.visited = 0
-
-    def entering(self, index: int, first: int) -> list[int]:
-        """The rays from `first` on that enter a node before their nearest hit."""
-        node, found = self.nodes[index], []
-        for i in range(first, len(self.rays)):
-            near, far = counting.slab(self.rays[i], node["bounds_min"], node["bounds_max"])
-            if max(near, self.rays[i].t_min) <= min(far, self.best[i]):
-                found.append(i)
-        return found
-
-    def walk(self) -> float:
-        """The share of active rays."""
-        stack = [(0, 0)]
-        while stack:
-            index, first = stack.pop()
-            entering = self.entering(index, first)
-            if not entering:
-                continue
-            self.active += len(entering)
-            self.visited += len(self.rays)
-            node = self.nodes[index]
-            child, count = int(node["left_first"]), int(node["count"])
-            for i in self.entering(index, entering[0]) if count else ():
-                for row in range(child, child + count):
-                    t = counting.hit_distance(self.rays[i], self.corners[row])
-                    self.best[i] = t if t is not None and t < self.best[i] else self.best[i]
-            if not count:
-                pair = self.nodes[child], self.nodes[child + 1]
-                middles = [node["bounds_min"] + node["bounds_max"] for node in pair]
-                along = (middles[1] - middles[0]) @ self.rays[entering[0]].direction
-                near = child if along >= 0 else child + 1
-                stack += [(2 * child + 1 - near, entering[0]), (near, entering[0])]
-        return self.active / self.visited
-
-
 @pytest.mark.parametrize(("x", "y"), [(33, 21), (50, 30), (70, 44)])
 def test_coherence_agrees_with_a_packet_in_python(x: int, y: int) -> None:
     """Sixteen rays of a square of pixels, in Z order."""
@@ -106,22 +64,9 @@ def test_coherence_agrees_with_a_packet_in_python(x: int, y: int) -> None:
     image = scene.render({**camera, "region": (x, y, x + 4, y + 4)}, settings)
     assert image["stats"]["packets"] == 1
     assert len(np.unique(image["coherence"])) == 1
-    square = [(i & 1 | i >> 1 & 2, i >> 1 & 1 | i >> 2 & 2) for i in range(16)]
-    rays = [scene.probe(camera, settings, x + dx, y + dy)[0] for dx, dy in square]
-    scale = 2.0 ** stats["exponent"]
-    packet = Packet(
-        scene.nodes(),
-        scene.triangles()["vertices"],
-        [
-            counting.make_ray(
-                np.float32((ray["origin"] - stats["center"]) / scale),
-                np.float32(ray["direction"] / scale),
-                ray["t_min"],
-                ray["t_max"],
-            )
-            for ray in rays
-        ],
-    )
+    rays = [scene.probe(camera, settings, x + dx, y + dy)[0] for dx, dy in SQUARE]
+    corners = scene.triangles()["vertices"]
+    packet = Packet(scene.nodes(), corners, [from_probe(ray, stats) for ray in rays])
     share = packet.walk()
     assert 0.3 < share < 1
     assert image["coherence"][0, 0, 0] == np.float32(share)

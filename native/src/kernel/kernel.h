@@ -32,6 +32,7 @@ typedef struct packet_counters {
   uint64_t packets, nodes, rays;
   uint64_t decided_first, decided_frustum, decided_brute_force;
   uint64_t active_rays, visited_rays;
+  uint64_t node_lanes, node_lanes_used, triangle_lanes, triangle_lanes_used;
 } packet_counters;
 
 typedef struct trace_context {

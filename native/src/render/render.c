@@ -235,6 +235,10 @@ static void add_stats(whittle_render_stats *sum, const tile_worker *w) {
   sum->decided_brute_force += w->packet_counters.decided_brute_force;
   sum->active_rays += w->packet_counters.active_rays;
   sum->visited_rays += w->packet_counters.visited_rays;
+  sum->node_lanes += w->packet_counters.node_lanes;
+  sum->node_lanes_used += w->packet_counters.node_lanes_used;
+  sum->triangle_lanes += w->packet_counters.triangle_lanes;
+  sum->triangle_lanes_used += w->packet_counters.triangle_lanes_used;
   sum->seconds_primary += s->seconds_primary;
   sum->seconds_shadow += s->seconds_shadow;
   sum->seconds_secondary += s->seconds_secondary;
@@ -245,6 +249,7 @@ static void add_stats(whittle_render_stats *sum, const tile_worker *w) {
 static void collect(const render_run *run, double start, whittle_render_stats *stats) {
   const tile_context *c = &run->context;
   *stats = (whittle_render_stats){.threads = run->worker_count,
+                                  .lanes = c->kernels->lanes,
                                   .needs = whittle_needs(c->scene, &c->settings, c->image),
                                   .kernel_needs = c->needs};
   for (uint32_t i = 0; i < run->worker_count; i++)
