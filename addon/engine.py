@@ -12,7 +12,7 @@ from .export import camera, scene
 from .faults import RenderError
 from .notes import Notes
 from .progress import Progress
-from .viewport import pulse
+from .viewport import picture, pulse
 from .viewport.session import Session
 
 LONGEST_WAIT = 0.05  # between two looks at a running job, in seconds
@@ -226,4 +226,5 @@ def register() -> None:
 
 def unregister() -> None:
     pulse.unregister()
+    picture.forget()
     bpy.utils.unregister_class(WhittleEngine)

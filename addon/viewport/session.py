@@ -76,7 +76,7 @@ class Session:
         image = self._tracer.image
         if image is None:
             return
-        self._picture.draw(image, context.region.width, context.region.height)
+        self._picture.draw(image)
         if image is not self._shown:
             self._shown = image
             latency = time.perf_counter() - image.asked
