@@ -128,6 +128,7 @@ def _build(export: scene.Export, frame: bpy.types.Scene, progress: Progress) -> 
     stats = export.scene.build(
         threads=properties.threads(frame),
         bins=frame.whittle.bins,
+        lean=properties.lean(frame),
         on_progress=lambda done: progress.report("build", done),
     )
     export.note_dropped(stats["dropped"])

@@ -3,6 +3,7 @@
 """The engine's panels in the Properties editor."""
 
 from math import isqrt
+from typing import Any
 
 import bpy
 
@@ -181,6 +182,7 @@ def numbers(result: results.Result) -> list[tuple[str, str]]:
         ("Triangles", f"{build['triangles']:,}"),
         ("BVH Nodes", f"{build['nodes']:,}"),
         ("BVH Depth", f"{build['depth']:,}"),
+        ("BVH Memory", _memory(build)),
         ("SAH Cost", f"{build['sah_cost']:,.2f}"),
         ("Read Scene", f"{seconds['export']:.3f} s"),
         ("Build", f"{seconds['build']:.3f} s"),
@@ -188,6 +190,12 @@ def numbers(result: results.Result) -> list[tuple[str, str]]:
         *((f"{kind.title()} Rays", f"{count:,}") for kind, count in kinds),
         ("Speed", f"{result.rays_per_second() / 1e6:,.2f} Mrays/s"),
     ]
+
+
+def _memory(build: dict[str, Any]) -> str:
+    """Of both trees and the triangles, and how much that is for each triangle."""
+    total = build["bytes_nodes"] + build["bytes_triangles"]
+    return f"{total / 2**20:,.1f} MB ({total / max(1, build['triangles']):.0f} B a triangle)"
 
 
 def _columns(layout: bpy.types.UILayout) -> bpy.types.UILayout:

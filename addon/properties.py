@@ -152,6 +152,11 @@ def core_settings(scene: bpy.types.Scene, sources: list[str]) -> dict[str, Any]:
     }
 
 
+def lean(scene: bpy.types.Scene) -> bool:
+    """Whether a render with the scene's settings can do without the binary tree."""
+    return not scene.whittle.use_counters and scene.whittle.mode != "LECTURE"
+
+
 def kept(scene: bpy.types.Scene) -> dict[str, Any]:
     """The settings that change what a render costs, by their names in Blender."""
     rows = scene.whittle.bl_rna.properties

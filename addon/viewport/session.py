@@ -155,6 +155,7 @@ class Session:
             threads=properties.threads(scene),
             bins=scene.whittle.bins,
             by_instance=True,
+            lean=True,
         )
         if self._build.ended(PATIENCE):
             self._finish_build()
@@ -175,6 +176,8 @@ class Session:
         eye = camera.eye(space, view)
         settings = properties.core_settings(scene, [])
         del settings["passes"], settings["samples"]
+        if settings["mode"] == "lecture":  # what it counts is not shown here
+            settings["mode"] = "fast"
         return View(
             to_world=eye.to_world.tobytes(),
             projection=eye.projection.tobytes(),

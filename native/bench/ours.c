@@ -28,7 +28,7 @@ double ours_build(ours *o, const mesh *m, unsigned threads) {
   check(whittle_scene_add_mesh(o->scene, &arrays, &index, &error), &error, "take the mesh");
   check(whittle_scene_add_instance(o->scene, index, identity, 0, WHITTLE_ALL, NULL, &error), &error,
         "place the mesh");
-  whittle_build_options options = {.threads = threads};
+  whittle_build_options options = {.threads = threads, .lean = 1};
   double start = clock_seconds();
   check(whittle_scene_build(o->scene, &options, &o->stats, &error), &error, "build");
   return clock_seconds() - start;

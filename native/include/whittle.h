@@ -40,7 +40,8 @@ typedef enum whittle_status {
   WHITTLE_INVALID_ARGUMENT, /* `argument` names it */
   WHITTLE_OUT_OF_MEMORY,
   WHITTLE_BUSY,        /* the scene is being traced, rendered or built by someone else */
-  WHITTLE_NOT_BUILT,   /* tracing needs whittle_scene_build after the last change */
+  WHITTLE_NOT_BUILT,   /* tracing needs whittle_scene_build after the last change; counting, one
+                          that is not lean */
   WHITTLE_CANCELLED,   /* the progress callback said stop */
   WHITTLE_UNSUPPORTED, /* the CPU, or WHITTLE_ISA, rules it out */
 } whittle_status;
@@ -185,6 +186,7 @@ typedef struct whittle_build_options {
   uint32_t max_leaf;    /* 0: 8; 1 to 64 triangles */
   float traversal_cost; /* 0: 1, in triangle tests */
   int by_instance;      /* a subtree for each instance, kept for the next build by instance */
+  int lean;             /* drop the binary tree when done: half the memory, nothing to count on */
   whittle_progress progress;
 } whittle_build_options;
 
@@ -199,6 +201,7 @@ typedef struct whittle_build_stats {
   double sah_cost; /* (C sum of inner areas + sum of count x leaf area) / root area */
   uint64_t bytes;  /* of the finished structures: nodes, indices, triangles, meshes */
   uint64_t bytes_nodes, bytes_triangles, bytes_meshes;
+  uint64_t bytes_binary; /* of the binary tree: part of bytes_nodes, or left out of it if lean */
   double seconds, seconds_flatten, seconds_tree; /* wall time */
   /* By instance: how many instances there are, and how many of them got a new subtree, the others
    * keeping theirs; whether all did because the scene outgrew its frame, or shrank in it; and the
@@ -216,7 +219,13 @@ typedef struct whittle_build_stats {
  * By instance, the tree is put together from a subtree for each instance, and a build that follows
  * one with the same options makes only those anew whose transform or mesh has changed. Images and
  * hits have the same bits either way; counters are those of the tree at hand. Rays take longer
- * where instances overlap, which the one tree takes apart. */
+ * where instances overlap, which the one tree takes apart.
+ *
+ * Rays are traced on a tree with eight children to a node. The binary one that it was made from
+ * takes as much memory as that and the triangles together, and is only there to be looked at. A
+ * lean build leaves it out; then whatever needs it fails with WHITTLE_NOT_BUILT: counters of any
+ * kind, the cost, the probe, the lecture mode, whittle_scene_tree, whittle_scene_owners and
+ * whittle_scene_quality. */
 WHITTLE_API whittle_status whittle_scene_build(whittle_scene *scene,
                                                const whittle_build_options *options,
                                                whittle_build_stats *stats, whittle_error *error);

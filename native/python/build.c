@@ -10,27 +10,28 @@
 #include <string.h>
 
 static bool read_options(PyObject *threads, PyObject *bins, PyObject *max_leaf,
-                         PyObject *traversal_cost, PyObject *by_instance,
+                         PyObject *traversal_cost, PyObject *by_instance, PyObject *lean,
                          whittle_build_options *options) {
   return (!threads || argument_uint32(threads, "threads", 0, &options->threads)) &&
          (!bins || argument_uint32(bins, "bins", 0, &options->bins)) &&
          (!max_leaf || argument_uint32(max_leaf, "max_leaf", 0, &options->max_leaf)) &&
          (!traversal_cost ||
           argument_float(traversal_cost, "traversal_cost", &options->traversal_cost)) &&
-         (!by_instance || argument_flag(by_instance, "by_instance", &options->by_instance));
+         (!by_instance || argument_flag(by_instance, "by_instance", &options->by_instance)) &&
+         (!lean || argument_flag(lean, "lean", &options->lean));
 }
 
 PyObject *scene_build(PyObject *self, PyObject *args, PyObject *kwargs) {
   static char *names[] = {"threads",        "bins",        "on_progress", "max_leaf",
-                          "traversal_cost", "by_instance", NULL};
+                          "traversal_cost", "by_instance", "lean",        NULL};
   PyObject *threads = NULL, *bins = NULL, *on_progress = NULL;
-  PyObject *max_leaf = NULL, *traversal_cost = NULL, *by_instance = NULL;
-  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "|OOO$OOO:build", names, &threads, &bins,
-                                   &on_progress, &max_leaf, &traversal_cost, &by_instance))
+  PyObject *max_leaf = NULL, *traversal_cost = NULL, *by_instance = NULL, *lean = NULL;
+  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "|OOO$OOOO:build", names, &threads, &bins,
+                                   &on_progress, &max_leaf, &traversal_cost, &by_instance, &lean))
     return NULL;
   whittle_build_options options = {0};
   progress_call call;
-  if (!read_options(threads, bins, max_leaf, traversal_cost, by_instance, &options) ||
+  if (!read_options(threads, bins, max_leaf, traversal_cost, by_instance, lean, &options) ||
       !progress_init(&call, on_progress))
     return NULL;
   whittle_build_stats stats;

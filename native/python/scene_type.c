@@ -50,7 +50,7 @@ static PyMethodDef scene_methods[] = {
     METHOD(set_lights, "($self, lights)"),
     METHOD(set_world, "($self, color, ambient=(0, 0, 0))"),
     METHOD(build, "($self, threads=0, bins=16, on_progress=None, *, max_leaf=0, "
-                  "traversal_cost=0.0, by_instance=False)"),
+                  "traversal_cost=0.0, by_instance=False, lean=False)"),
     METHOD(intersect,
            "($self, origins, directions, t_min=0.0, t_max=1e999, threads=0, *, packet=0, "
            "visibility=15, counters=False)"),

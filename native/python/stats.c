@@ -32,6 +32,7 @@ static const field build_fields[] = {
     F(bytes_nodes, 'Q'),
     F(bytes_triangles, 'Q'),
     F(bytes_meshes, 'Q'),
+    F(bytes_binary, 'Q'),
     F(seconds, 'd'),
     F(seconds_flatten, 'd'),
     F(seconds_tree, 'd'),

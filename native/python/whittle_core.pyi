@@ -97,10 +97,14 @@ class Scene:
         max_leaf: int = 0,
         traversal_cost: float = 0.0,
         by_instance: bool = False,
+        lean: bool = False,
     ) -> dict[str, Any]:
         """by_instance makes a subtree for each instance under a tree over them, and the next build
         with the same options makes only those anew that have changed; images and hits have the same
         bits, but rays cost more where instances overlap.
+
+        lean leaves out the binary tree, which takes half the memory: then counters, cost, probe,
+        quality, owners, nodes, triangles and the mode "lecture" raise RuntimeError.
 
         Stats by the names of whittle_build_stats, plus ``dropped``: a list with a mapping
         (mesh, non_finite, zero_area) for each mesh that lost triangles."""

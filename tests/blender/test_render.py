@@ -203,6 +203,18 @@ def test_the_result_tells_the_last_frame(busy, render, addon):
     assert names["Triangles"] == "970" and names["Primary Rays"] == "10,240"
 
 
+def test_the_binary_tree_is_kept_only_to_count_on(busy, render, addon):
+    settings, held = busy.whittle, {}
+    for counters, mode in ((False, "FAST"), (False, "SINGLE"), (True, "FAST"), (False, "LECTURE")):
+        settings.use_counters, settings.mode = counters, mode
+        render()
+        build = addon.results.last[0].build
+        held[counters, mode] = build["bytes_nodes"]
+    assert held[False, "FAST"] == held[False, "SINGLE"] > 0
+    assert held[True, "FAST"] == held[False, "LECTURE"]
+    assert held[True, "FAST"] - held[False, "FAST"] == build["bytes_binary"] == 32 * build["nodes"]
+
+
 def test_dropped_triangles_are_named(busy, render, addon):
     mesh = bpy.data.meshes.new("Broken")
     points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (float("nan"), 0, 0)]

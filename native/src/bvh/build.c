@@ -214,3 +214,8 @@ whittle_status whittle_bvh_build(whittle_team *team, whittle_fragment *fragments
   whittle_release(b.list.segments);
   return status;
 }
+
+void whittle_bvh_drop(whittle_bvh *bvh) {
+  whittle_release(bvh->block);
+  bvh->nodes = bvh->block = NULL;
+}

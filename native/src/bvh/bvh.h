@@ -44,5 +44,8 @@ whittle_status whittle_bvh_build(whittle_team *team, whittle_fragment *fragments
                                  const whittle_bvh_options *options, whittle_bvh *bvh,
                                  whittle_error *error);
 
+/* Releases the nodes; what is known of them stays. */
+void whittle_bvh_drop(whittle_bvh *bvh);
+
 /* How many units whittle_bvh_build adds to the run's `done`. */
 uint64_t whittle_bvh_units(uint64_t count);

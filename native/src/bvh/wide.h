@@ -40,9 +40,10 @@ static inline bool wide_is_leaf(wide_child child) {
 
 _Static_assert(sizeof(wide_node) == 256, "four cache lines");
 
-/* Opens the largest children of each node first (Wald, Benthin, Boulos: Getting Rid of Packets,
- * 2008); subtrees of at most WHITTLE_WIDE_LEAF triangles become leaves. Triangles of a subtree lie
- * next to each other. NULL if memory ran out; `count` 0 for an empty tree; unfinished if the run
- * was cancelled. */
+/* Subtrees of at most WHITTLE_WIDE_LEAF triangles become leaves, and the nodes above them are
+ * joined so that the surface of the wide nodes is the least possible (after Ylitie, Karras and
+ * Laine, 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs").
+ * Triangles of a subtree lie next to each other. NULL if memory ran out; `count` 0 for an empty
+ * tree; unfinished if the run was cancelled. */
 wide_node *whittle_bvh_widen(const whittle_node *nodes, size_t node_count, whittle_run_state *state,
                              uint32_t *count, whittle_error *error);

@@ -201,7 +201,7 @@ static void trace_packet(const trace_context *context, ray_stream *rays, tracer 
 }
 
 static void trace_stream(const trace_context *context, ray_stream *rays, bool any) {
-  if (context->scene->node_count == 0) {
+  if (context->scene->triangle_count == 0) {
     for (uint32_t i = 0; i < rays->count; i++) {
       rays->record[i] = WHITTLE_NONE;
       if (context->count)

@@ -32,7 +32,9 @@ whittle_status whittle_scene_owners(const whittle_scene *scene, int32_t *instanc
   whittle_status status = whittle_scene_read_begin(scene, error);
   if (status != WHITTLE_OK)
     return status;
-  status = whittle_materials_exist(scene, error);
+  status = whittle_scene_has_binary(scene, "The owners of its nodes are", error);
+  if (status == WHITTLE_OK)
+    status = whittle_materials_exist(scene, error);
   uint32_t *labels = whittle_allocate(scene->triangle_count, sizeof *labels);
   if (status == WHITTLE_OK && labels == NULL)
     status = whittle_out_of_memory(error, "the owners of the triangles");

@@ -147,6 +147,11 @@ static whittle_status prepare(render_run *run, const whittle_scene *scene,
   if (log != NULL)
     c->needs |= WHITTLE_NEED_COUNTERS;
   c->count = c->needs & WHITTLE_NEED_COUNTERS;
+  if (c->count || c->settings.mode == WHITTLE_LECTURE)
+    status = whittle_scene_has_binary(
+        scene, c->count ? "Counters are" : "The packets of the lecture mode are", error);
+  if (status != WHITTLE_OK)
+    return status;
   if (c->settings.generic)
     c->needs |= WHITTLE_NEED_ALL & ~WHITTLE_NEED_COUNTERS;
   c->depth_scale = ldexp(1.0, scene->frame.exponent);

@@ -102,6 +102,12 @@ static whittle_status trace(trace_run *run, const whittle_trace_options *options
   status = whittle_scene_read_begin(scene, error);
   if (status != WHITTLE_OK)
     return status;
+  if (run->count)
+    status = whittle_scene_has_binary(scene, "Counters are", error);
+  if (status != WHITTLE_OK) {
+    whittle_scene_read_end(scene);
+    return status;
+  }
   run->kernels = whittle_kernels(error);
   run->packet = packet ? packet : 1;
   run->visibility = run->rays->visibility ? run->rays->visibility : WHITTLE_ALL;

@@ -64,6 +64,8 @@ static whittle_status lead_whole(build *b) {
   status = whittle_grow(&b->team, &b->flat, &options, &b->grown, &b->error);
   if (status == WHITTLE_OK)
     status = whittle_grow_wide(&b->grown, b->team.state, &b->error);
+  if (b->options.lean)
+    whittle_bvh_drop(&b->grown.bvh);
   if (status == WHITTLE_OK && !whittle_cancelled(b->team.state))
     whittle_flat_triangles(&b->team, b->scene, &b->flat, &b->grown.triangles);
   return status;
@@ -90,7 +92,7 @@ static void commit_whole(build *b) {
   scene->frame = b->flat.frame;
   scene->nodes = grown->bvh.nodes;
   scene->node_block = grown->bvh.block;
-  scene->node_count = grown->bvh.node_count;
+  scene->node_count = grown->bvh.nodes ? grown->bvh.node_count : 0;
   scene->wide = grown->wide;
   scene->wide_count = grown->wide_count;
   scene->triangles = grown->triangles;
@@ -115,6 +117,7 @@ static void count_drops(const build *b) {
 }
 
 static void fill_bytes(const whittle_scene *scene, whittle_build_stats *stats) {
+  stats->bytes_binary = stats->nodes * sizeof(whittle_node);
   for (size_t i = 0; i < scene->mesh_count; i++) {
     stats->dropped_non_finite += scene->meshes[i].dropped_non_finite;
     stats->dropped_zero_area += scene->meshes[i].dropped_zero_area;
@@ -187,7 +190,7 @@ static whittle_status begin(build *b, uint64_t *triangles, whittle_error *error)
   const whittle_bvh_options options = tree_options(b);
   const bool by_instance = b->options.by_instance;
   const whittle_status status =
-      by_instance ? whittle_subtrees_begin(&b->subtrees, b->scene, &options, error)
+      by_instance ? whittle_subtrees_begin(&b->subtrees, b->scene, &options, b->options.lean, error)
                   : whittle_flat_begin(b->scene, 0, b->scene->instance_count, &b->flat, error);
   *triangles = by_instance ? b->subtrees.all.index.triangles : b->flat.index.triangles;
   return status;

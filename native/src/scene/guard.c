@@ -20,6 +20,16 @@ whittle_status whittle_scene_read_begin(const whittle_scene *scene, whittle_erro
                       "The scene has changed since it was last built; build it first.");
 }
 
+whittle_status whittle_scene_has_binary(const whittle_scene *scene, const char *what,
+                                        whittle_error *error) {
+  if (!scene->options.lean)
+    return WHITTLE_OK;
+  return whittle_fail(error, WHITTLE_NOT_BUILT, "lean",
+                      "%s not to be had after a lean build, which leaves out the binary tree: "
+                      "build the scene without lean.",
+                      what);
+}
+
 void whittle_scene_read_end(const whittle_scene *scene) {
   atomic_fetch_sub(&((whittle_scene *)scene)->users, 1);
 }

@@ -115,7 +115,9 @@ static whittle_status judge(judging *j, const whittle_scene *scene, whittle_erro
   whittle_status status = whittle_scene_read_begin(scene, error);
   if (status != WHITTLE_OK)
     return status;
-  status = begin(j, scene, error);
+  status = whittle_scene_has_binary(scene, "Its quality is", error);
+  if (status == WHITTLE_OK)
+    status = begin(j, scene, error);
   if (status == WHITTLE_OK)
     status = run(j, error);
   whittle_scene_read_end(scene);

@@ -27,14 +27,15 @@ whittle_status whittle_scene_dropped(const whittle_scene *scene, uint32_t mesh,
 
 whittle_status whittle_scene_tree(const whittle_scene *scene, whittle_tree *tree,
                                   whittle_error *error) {
-  const whittle_status status = whittle_scene_read_begin(scene, error);
+  whittle_status status = whittle_scene_read_begin(scene, error);
   if (status != WHITTLE_OK)
     return status;
+  status = whittle_scene_has_binary(scene, "Its nodes are", error);
   tree->nodes = scene->nodes;
   tree->node_count = scene->node_count;
   tree->triangle_count = scene->triangle_count;
   whittle_scene_read_end(scene);
-  return WHITTLE_OK;
+  return status;
 }
 
 whittle_status whittle_scene_triangles(const whittle_scene *scene, float *vertices,

@@ -70,10 +70,10 @@ struct whittle_scene {
 
   /* What a build makes, replaced as a whole when the next one succeeds. */
   scene_frame frame;
-  whittle_node *nodes;      /* node 1 starts a cache line, so that siblings share one */
+  whittle_node *nodes;      /* node 1 starts a cache line, so that siblings share one; or NULL */
   whittle_node *node_block; /* what to release: nodes - 1 */
-  size_t node_count;
-  struct wide_node *wide; /* the same tree with eight children to a node: bvh/wide.h */
+  size_t node_count;        /* 0 if the build was lean */
+  struct wide_node *wide;   /* the same tree with eight children to a node: bvh/wide.h */
   uint32_t wide_count;
   triangle_store triangles;
   size_t triangle_count;
@@ -90,5 +90,8 @@ struct whittle_scene {
  * readers with WHITTLE_NOT_BUILT. */
 whittle_status whittle_scene_read_begin(const whittle_scene *scene, whittle_error *error);
 void whittle_scene_read_end(const whittle_scene *scene);
+/* WHITTLE_NOT_BUILT for readers of a lean scene: `what` needs the binary tree. */
+whittle_status whittle_scene_has_binary(const whittle_scene *scene, const char *what,
+                                        whittle_error *error);
 whittle_status whittle_scene_write_begin(whittle_scene *scene, whittle_error *error);
 void whittle_scene_write_end(whittle_scene *scene);

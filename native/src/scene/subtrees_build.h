@@ -25,6 +25,7 @@ typedef struct grown_subtree {
 
 typedef struct subtrees_build {
   const whittle_scene *scene;
+  bool lean; /* binary nodes are numbered and counted, but not kept */
   whittle_team *team;
   flat_scene all; /* only its index */
   scene_subtrees *next;
@@ -44,7 +45,8 @@ typedef struct subtrees_build {
 } subtrees_build;
 
 whittle_status whittle_subtrees_begin(subtrees_build *p, const whittle_scene *scene,
-                                      const whittle_bvh_options *options, whittle_error *error);
+                                      const whittle_bvh_options *options, bool lean,
+                                      whittle_error *error);
 whittle_status whittle_subtrees_lead(subtrees_build *p, whittle_team *team, whittle_error *error);
 /* Leaves the old arrays, if they were replaced, to be released with the build. */
 void whittle_subtrees_commit(subtrees_build *p, whittle_scene *scene);

@@ -105,6 +105,8 @@ static whittle_status grow(subtrees_build *p, whittle_team *team, uint32_t k,
     to->triangles = (uint32_t)own->tree.triangle_count;
     status = whittle_subtree_open(own, to, p->next->options.traversal_cost, team->state, error);
   }
+  if (p->lean)
+    whittle_bvh_drop(&own->tree.bvh);
   if (status == WHITTLE_OK && !whittle_cancelled(team->state))
     whittle_flat_triangles(team, p->scene, &flat, &own->tree.triangles);
   whittle_flat_free(&flat);

@@ -58,12 +58,12 @@ static void share(whittle_team *team, uint64_t count, whittle_team_body *body, m
  * whole team, which stops when cancelled, or without one. */
 static void move_subtree(whittle_team *team, const subtree *what, moving *m, subtree_place from,
                          const scene_arrays *to) {
-  m->to.nodes = to->nodes + what->at.node;
+  m->to.nodes = to->nodes ? to->nodes + what->at.node : NULL;
   m->to.wide = to->wide + what->at.wide;
   m->to.triangles = whittle_triangles_from(&to->triangles, what->at.triangle);
   m->by = (subtree_place){what->at.node - from.node, what->at.wide - from.wide,
                           what->at.triangle - from.triangle};
-  share(team, what->nodes, move_nodes, m);
+  share(team, to->nodes ? what->nodes : 0, move_nodes, m);
   share(team, what->wides, move_wide, m);
   share(team, what->triangles, move_triangles, m);
 }
@@ -80,7 +80,7 @@ static void move_kept(whittle_team *team, subtrees_build *p, uint32_t i) {
   const subtree_place from = scene->subtrees->list[i].at;
   if (p->in_place && memcmp(&from, &p->next->list[i].at, sizeof from) == 0)
     return;
-  moving m = {.nodes = scene->nodes + from.node,
+  moving m = {.nodes = scene->nodes ? scene->nodes + from.node : NULL,
               .wide = scene->wide + from.wide,
               .triangles = whittle_triangles_from(&scene->triangles, from.triangle)};
   move_subtree(team, &p->next->list[i], &m, from, &p->made);
@@ -177,7 +177,8 @@ static void put_top_wide(const subtrees_build *p) {
 }
 
 static void put_top(const subtrees_build *p) {
-  put_top_nodes(p);
+  if (!p->lean)
+    put_top_nodes(p);
   put_top_wide(p);
 }
 
@@ -288,12 +289,13 @@ static whittle_status make_room(subtrees_build *p, whittle_error *error) {
   next->node_room = with_room(made->node_count);
   next->wide_room = with_room(made->wide_count);
   next->triangle_room = with_room(made->triangle_count);
-  made->node_block = whittle_allocate(next->node_room + 1, sizeof *made->nodes);
+  if (!p->lean)
+    made->node_block = whittle_allocate(next->node_room + 1, sizeof *made->nodes);
   made->wide = whittle_allocate(next->wide_room, sizeof *made->wide);
   const bool triangles = whittle_triangles_reserve(&made->triangles, next->triangle_room);
-  if (!made->node_block || !made->wide || !triangles)
+  if ((!p->lean && !made->node_block) || !made->wide || !triangles)
     return whittle_out_of_memory(error, "the tree of the scene");
-  made->nodes = made->node_block + 1;
+  made->nodes = p->lean ? NULL : made->node_block + 1;
   return WHITTLE_OK;
 }
 
