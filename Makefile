@@ -27,7 +27,7 @@ help:
 	@echo 'make render     [SCENE=file.blend] [OUT=out]   render a scene, or the demo, with its heatmaps'
 	@echo 'make test       [ARGS=...]                     all tests; ARGS goes to pytest'
 	@echo 'make gui-test   BLENDER=path [ARGS=...]        the tests in Blender'"'"'s real window'
-	@echo 'make bench      [SCENES="a.obj b.obj"] [JSON=out.json]   speed, beside Embree'
+	@echo 'make bench      [SCENES="a.obj b.blend"] [JSON=out.json] speed, beside Embree and Cycles'
 	@echo 'make report     [SCENE=file.blend]             error against run time, and what is left out'
 	@echo 'make stability                                 extreme cases against the oracle'
 	@echo 'make lint, make format                         check or apply the style'
@@ -47,7 +47,7 @@ gui-test: package
 	BLENDER_WINDOW="$(BLENDER)" "$$venv/bin/python" -m pytest tests/gui -rA --show-capture=stdout $(ARGS)
 
 bench:
-	$(in_venv) native/bench/bench.py $(SCENES) $(if $(JSON),--json "$(JSON)") $(ARGS)
+	$(in_venv) native/bench/bench.py $(if $(SCENES),--scenes $(SCENES)) $(if $(JSON),--json "$(JSON)") $(ARGS)
 
 report:
 	$(in_venv) docs/make/report.py $(if $(SCENE),--scene "$(SCENE)") $(ARGS)

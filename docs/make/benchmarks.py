@@ -1,26 +1,23 @@
 # SPDX-FileCopyrightText: 2026 The Whittle Authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws docs/benchmarks.md and its plot from the benchmark's records."""
+"""Draws docs/benchmarks.md and its plots from the benchmark's records."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+import bench_plots
+from bench_summary import KINDS, cycles_a_ray, medians, summary
 
 DOCS = Path(__file__).resolve().parents[1]
-KINDS = ("primary", "shadow", "mirror", "random")
-SIDES = (
-    ("whittle", "Whittle", "#2a6f97"),
-    ("embree", "Embree, its best mode", "#c98c3a"),
-    ("single", "Embree, single rays", "#e3cfa8"),
-)
+LECTURE = 37.5  # Mrays/s a core: the lecture's 300 on 8 cores
+RAYS = {"primary": "one ray through each pixel", "shadow": "any hit, from each primary hit to one "
+        "point light", "mirror": "from each primary hit along the mirrored direction",
+        "random": "from points in the mesh's box in all directions"}  # fmt: skip
 
 Record = dict[str, Any]
 
@@ -34,7 +31,43 @@ Whittle and Embree {version} build the same meshes and trace exactly the same ra
 which also redraws this page. The machine: {processor}, {threads} threads, instruction set
 {isa}; its load before the run was {load}. Ratios above 1 mean that Whittle is faster.
 
-![Millions of rays a second, by scene and kind of ray](pictures/benchmarks.png)
+"""
+
+PICTURE = """
+![Millions of rays a second, by kind of ray and scene](pictures/benchmarks.png)
+
+"""
+
+GROWTH = """\
+## Growth
+
+The same hills in ever smaller triangles, {low:,} to {high:,} of them; one thread. The dashed line
+is what log N predicts from the first point, the dotted one the nodes of the binary tree that a
+primary ray visits by itself, which is what grows with log N. What time grows beyond that is for
+memory, as the structures outgrow the caches, and for packets whose rays part ways where triangles
+become smaller than pixels.
+
+![Time per ray and per triangle against the number of triangles](pictures/growth.png)
+
+"""
+
+FRAME = """\
+## Whole frames
+
+The scene {scene} ({triangles:,} triangles) at {width} x {height} in Blender {blender}, with all
+threads, by Whittle and by Cycles (CPU) in turns: the same file, samples and bounces ({bounces}),
+sharp lights, no light from diffuse surfaces to others. Medians of {rounds} rounds, in seconds, from
+the start of the render to its end; reading is the time until the build of the BVH begins, writing
+that of the PNG file, as Blender tells it. `docs/make/frame.py` measures this part.
+
+"""
+
+READING = """\
+## Reading a large mesh
+
+One mesh of {triangles:,} triangles: seconds from the start of the render until the status line
+says that the BVH is being built, in turns. *Export* is Whittle's part of it: from the depsgraph to
+the core's arrays.
 
 """
 
@@ -48,17 +81,20 @@ METHOD = """\
 - In each of {rounds} rounds Whittle and every mode of Embree run once, and who starts changes
   from round to round. Figures are medians of the rounds; ratios are ratios of medians. *Spread*
   is the distance of the quartiles of the rounds' ratios over their median. *Best* is Embree's
-  fastest mode: single rays, or packets with or without its coherent flag.
-- *Primary*: one ray through each pixel. *Shadow*: from each primary hit to one point light, any
-  hit. *Mirror*: from each primary hit along the mirrored direction of the smooth normal. *Random*:
-  from points in the mesh's box in all directions. Primary rays come in blocks of 4 x 4, 16 x 16
-  and 32 x 32 pixels; shadow and mirror rays are in the same order, without those that missed.
+  fastest mode: single rays, packets of 8 or of 16, with or without its coherent flag. Without
+  AVX-512 Embree splits packets of 16. *Robust* and *high* are Embree's other builds, traced in the
+  same rounds with the mode that was best in a trial, by one thread.
+- Shadow and mirror rays start from the primary rays' hits and are in their order, without those
+  that missed; mirrored is the smooth normal. Primary rays come in blocks of 4 x 4, 16 x 16 and
+  32 x 32 pixels.
 - Both sides read the rays from the same arrays and write t, triangle, u and v (shadow: one byte)
   to arrays of their own. Whittle gets each stream in one call and rebases its rays from world
   space in double precision; Embree gets its packets filled from the arrays, and its threads take
   chunks of 4096 rays. Both costs are part of the figures.
 - *Build* counts the building call alone: `whittle_scene_build`, which also flattens and rebases,
   and `rtcCommitScene`. Neither the copying of the caller's arrays nor the release is in it.
+  Bytes are those of the finished structures beside the mesh's own arrays; *to count* adds the
+  binary tree, which only counters, heatmaps and the lecture's packets need.
 - A *mismatch* is a ray that hits on one side only, or whose t differs by more than 1e-4 of itself.
   Embree's default is not watertight, so a few rays at edges differ.
 - *Cycles* are those of one core: the clock is timed by a chain of dependent additions right before
@@ -66,90 +102,144 @@ METHOD = """\
 """
 
 
+def table(head: list[str], left: int, rows: list[list[str]]) -> str:
+    """A Markdown table whose first ``left`` columns are text and whose others are numbers."""
+    rule = ["---"] * left + ["---:"] * (len(head) - left)
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in (head, rule, *rows))
+
+
+def summary_table(records: list[Record]) -> str:
+    """Ratios over all scenes."""
+    rows = [
+        [row.kind, str(row.threads), str(row.scenes), f"{row.mean:.2f}", f"{row.least:.2f}",
+         row.where, f"{row.most:.2f}"]
+        for row in summary(records)
+    ]  # fmt: skip
+    head = ["kind", "threads", "scenes", "ratio, geometric mean", "least", "least in", "most"]
+    return table(head, 1, rows)
+
+
 def build_table(records: list[Record]) -> str:
     """Speed of the build and size of what it leaves."""
-    lines = [
-        "| threads | Whittle, Mtri/s | Embree | ratio | spread | Whittle, bytes/tri | Embree |",
-        "|" + " ---: |" * 7,
-    ]
+    head = ["scene", "triangles", "threads", "Whittle, Mtri/s", "Embree", "ratio", "spread"]
+    rows = []
     for r in records:
-        sizes = [r[f"{side}_bytes"] / r["triangles"] for side in ("whittle", "embree")]
-        lines.append(
-            f"| {r['threads']} | {r['whittle']:.2f} | {r['embree']:.2f} | {r['ratio']:.2f} |"
-            f" {r['spread']:.0%} | {sizes[0]:.0f} | {sizes[1]:.0f} |"
-        )
-    return "\n".join(lines) + "\n"
+        ours = r["whittle_bytes"]
+        sizes = [ours, ours + r["whittle_bytes_binary"], r["embree_bytes"]]
+        cells = [r["scene"], f"{r['triangles']:,}", str(r["threads"]), f"{r['whittle']:.2f}"]
+        cells += [f"{r['embree']:.2f}", f"{r['ratio']:.2f}", f"{r['spread']:.0%}"]
+        rows.append(cells + [f"{size / r['triangles']:.0f}" for size in sizes])
+    return table([*head, "Whittle, bytes/tri", "to count", "Embree"], 1, rows)
 
 
 def trace_table(records: list[Record]) -> str:
-    """Millions of rays a second by kind and threads."""
-    lines = [
-        "| kind | threads | Whittle | Embree best | mode | ratio | spread | Embree single | ratio |"
-        + " Whittle cycles | Embree cycles | rays | mismatches |",
-        "| --- | ---: | ---: | ---: | --- |" + " ---: |" * 8,
-    ]
+    """Millions of rays a second by scene and threads."""
+    others = list(records[0].get("embree_builds", {}))
+    head = ["scene", "threads", "Whittle", "Embree best", "mode", "ratio", "spread"]
+    head += ["Embree single", "ratio", *(f"Embree {name}" for name in others)]
+    head += ["Whittle cycles", "Embree cycles", "rays", "mismatches"]
+    rows = []
     for r in records:
-        cycles = [f"{r[k]:.0f}" if k in r else "" for k in ("whittle_cycles", "embree_cycles")]
-        lines.append(
-            f"| {r['kind']} | {r['threads']} | {r['whittle']:.1f} | {r['embree']:.1f} |"
-            f" {r['embree_mode']} | {r['ratio']:.2f} | {r['spread']:.0%} |"
-            f" {r['embree_modes']['1']:.1f} | {r['ratio_single']:.2f} | {cycles[0]} | {cycles[1]} |"
-            f" {r['rays']} | {r['mismatches']} |"
-        )
-    return "\n".join(lines) + "\n"
+        cells = [r["scene"], str(r["threads"]), f"{r['whittle']:.1f}", f"{r['embree']:.1f}"]
+        cells += [r["embree_mode"], f"{r['ratio']:.2f}", f"{r['spread']:.0%}"]
+        cells += [f"{r['embree_modes']['1']:.1f}", f"{r['ratio_single']:.2f}"]
+        builds = r.get("embree_builds", {})
+        cells += [f"{builds[name]:.1f}" if name in builds else "" for name in others]
+        cells += [f"{r[k]:.0f}" if k in r else "" for k in ("whittle_cycles", "embree_cycles")]
+        rows.append([*cells, str(r["rays"]), str(r["mismatches"])])
+    return table(head, 1, rows)
 
 
-def page(records: list[Record]) -> str:
+def scenes_part(records: list[Record]) -> str:
+    """Summary, plot, and a table for each kind."""
+    parts = [summary_table(records), PICTURE]
+    for kind in KINDS:
+        own = [r for r in records if r["kind"] == kind]
+        if own and kind == "build":
+            parts.append(f"## Building\n\n{build_table(own)}\n")
+        elif own:
+            parts.append(f"## {kind.title()} rays\n\nMrays/s: {RAYS[kind]}.\n\n")
+            parts.append(trace_table(own) + "\n")
+    return "".join(parts)
+
+
+def growth_part(records: list[Record]) -> str:
+    """What the plot of growth shows, and its figures."""
+    counts = [r["triangles"] for r in records]
+    own = [[r for r in records if r["kind"] == kind] for kind in ("primary", "build")]
+    text = GROWTH.format(low=min(counts), high=max(counts)) + trace_table(own[0]) + "\n"
+    return text + build_table(own[1]) + "\n"
+
+
+def seconds_table(frame: Record) -> str:
+    """Phases of a frame by both engines."""
+    ours, theirs = (medians(frame["seconds"][engine]) for engine in ("whittle", "cycles"))
+    names = {"read": "reading", "build": "building", "trace": "tracing", "write": "writing"}
+    rows = [
+        [name, f"{ours[phase]:.3f}", f"{theirs[phase]:.3f}", f"{theirs[phase] / ours[phase]:.2f}"]
+        for phase, name in [*names.items(), ("total", "whole job")]
+        if ours[phase] > 0
+    ]
+    head = [f"{frame['samples']} samples a pixel", "Whittle", "Cycles", "Cycles / Whittle"]
+    return table(head, 1, rows)
+
+
+def rays_table(frame: Record) -> str:
+    """Whittle's rays of a frame, and what they cost."""
+    count = sum(frame["rays"].values())
+    rows = [[kind, f"{n:,}", f"{n / count:.0%}"] for kind, n in frame["rays"].items()]
+    seconds = medians(frame["seconds"]["whittle"])["trace"]
+    rate = count / seconds / frame["threads"] / 1e6
+    threads = sum(frame["share"].values())
+    share = ", ".join(f"{name} {s / threads:.0%}" for name, s in frame["share"].items())
+    cost = cycles_a_ray(frame, "trace")
+    lines = [table(["rays", "", "share"], 1, [*rows, ["all", f"{count:,}", ""]])]
+    lines.append(f"\nThe tracing threads' time: {share}. ")
+    if not math.isnan(cost):
+        lines.append(f"{cost:.0f} cycles of a core a ray, everything of the tracing included, at ")
+        lines.append(f"{frame['gigahertz']:.2f} GHz. ")
+    lines.append(f"{rate:.1f} Mrays/s a core; the lecture's budget is {LECTURE}.\n")
+    return "".join(lines)
+
+
+def frame_part(found: Record) -> str:
+    """Whole frames against Cycles, and the reading of a large mesh."""
+    first = found["frames"][0]
+    width, height = found["size"]
+    text = FRAME.format(**found | {"width": width, "height": height}, **{
+        key: first[key] for key in ("triangles", "rounds")})  # fmt: skip
+    for frame in found["frames"]:
+        text += seconds_table(frame) + "\n" + rays_table(frame) + "\n"
+    text += READING.format(triangles=found["reading"][0]["triangles"])
+    rows = []
+    for row in found["reading"]:
+        read = medians(row["seconds"])
+        faces = {4: "quads", 3: "triangles"}[row["corners"]]
+        cells = [faces, *(f"{read[key]:.3f}" for key in ("export", "whittle", "cycles"))]
+        rows.append([*cells, f"{read['whittle'] / read['cycles']:.2f}"])
+    return text + table(["faces", "export", "Whittle", "Cycles", "ratio"], 1, rows) + "\n"
+
+
+def page(found: Record) -> str:
     """The whole page."""
-    first = records[0]
+    records = found.get("records", []) + found.get("growth", [])
+    first, machine = records[0], found["machine"]
     quality = first["embree_quality"]
     parts = [
         INTRODUCTION.format(
             version=first["embree_version"],
-            processor=first["processor"],
+            processor=machine["processor"],
             threads=max(r["threads"] for r in records),
             isa=first["isa"],
-            load=first["load"],
+            load=machine["load"],
         )
     ]
-    for scene in dict.fromkeys(r["scene"] for r in records):
-        own = [r for r in records if r["scene"] == scene]
-        parts.append(f"## {scene}, {own[0]['triangles']:,} triangles\n\nTracing, Mrays/s:\n\n")
-        parts.append(trace_table([r for r in own if r["kind"] != "build"]) + "\nBuilding:\n\n")
-        parts.append(build_table([r for r in own if r["kind"] == "build"]) + "\n")
+    for name, part in (("records", scenes_part), ("growth", growth_part), ("frame", frame_part)):
+        if found.get(name):
+            parts.append(part(found[name]))
     default = "its default" if quality == "medium" else "not its default"
     parts.append(METHOD.format(quality=quality, default=default, rounds=first["rounds"]))
     return "".join(parts)
-
-
-def draw_scene(axes: plt.Axes, records: list[Record]) -> None:
-    """Bars for each kind of ray: Whittle, Embree's best, Embree's single rays; one thread."""
-    for place, (key, label, colour) in enumerate(SIDES):
-        values = [r["embree_modes"]["1"] if key == "single" else r[key] for r in records]
-        places = [i + (place - 1) * 0.27 for i in range(len(records))]
-        bars = axes.bar(places, values, 0.26, label=label, color=colour)
-        axes.bar_label(bars, fmt="%.1f", fontsize=7, padding=1)
-    axes.set_xticks(range(len(records)), [f"{r['kind']}\n{r['ratio']:.2f} ×" for r in records])
-    axes.set_title(f"{records[0]['scene']}, {records[0]['triangles']:,} triangles", fontsize=10)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.margins(y=0.12)
-
-
-def plot(records: list[Record], path: Path) -> None:
-    """One panel a scene, one thread, written as PNG."""
-    alone = [r for r in records if r["threads"] == 1 and r["kind"] in KINDS]
-    scenes = list(dict.fromkeys(r["scene"] for r in alone))
-    size = (4.6 * len(scenes), 3.8)
-    figure, panels = plt.subplots(1, len(scenes), figsize=size, squeeze=False)
-    for axes, scene in zip(panels[0], scenes, strict=True):
-        draw_scene(axes, [r for r in alone if r["scene"] == scene])
-    panels[0][0].set_ylabel("millions of rays a second, one thread")
-    handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=3, frameon=False, fontsize=9)
-    figure.suptitle("× is Whittle over Embree's best mode", fontsize=9, x=0.99, ha="right")
-    figure.tight_layout(rect=(0, 0.07, 1, 1))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
 
 
 def main() -> None:
@@ -158,9 +248,15 @@ def main() -> None:
     parser.add_argument("records", type=Path, help="the benchmark's JSON file")
     parser.add_argument("--out", type=Path, default=DOCS, help="the folder of the page")
     arguments = parser.parse_args()
-    records = json.loads(arguments.records.read_text())
-    plot(records, arguments.out / "pictures" / "benchmarks.png")
-    (arguments.out / "benchmarks.md").write_text(page(records))
+    found = json.loads(arguments.records.read_text())
+    pictures = arguments.out / "pictures"
+    if any(r["kind"] != "build" for r in found.get("records", [])):
+        bench_plots.draw_scenes(found["records"], pictures / "benchmarks.png")
+    if found.get("growth"):
+        bench_plots.draw_growth(
+            found["growth"], found["machine"]["caches"], pictures / "growth.png"
+        )
+    (arguments.out / "benchmarks.md").write_text(page(found))
     print(f"Page: {arguments.out / 'benchmarks.md'}")
 
 

@@ -2,8 +2,10 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 /* The benchmark's command line: Whittle and Embree, the same meshes, the same rays. */
 
+#include "clock.h"
 #include "contest.h"
 #include "fail.h"
+#include "records.h"
 #include "scenes.h"
 #include "whittle.h"
 
@@ -40,6 +42,12 @@ static void parse_kinds(settings *s, const char *text) {
   s->kinds = text;
 }
 
+static void parse_builds(settings *s, const char *text) {
+  if (strcmp(text, "one") != 0 && strcmp(text, "all") != 0)
+    fail("--builds is one or all, not %s", text);
+  s->one_build = strcmp(text, "one") == 0;
+}
+
 static void parse_option(settings *s, const char *option, const char *value) {
   if (!value)
     fail("%s needs a value", option);
@@ -47,6 +55,10 @@ static void parse_option(settings *s, const char *option, const char *value) {
     s->library = value;
   else if (strcmp(option, "--quality") == 0)
     s->quality = value;
+  else if (strcmp(option, "--builds") == 0)
+    parse_builds(s, value);
+  else if (strcmp(option, "--isa") == 0)
+    s->isa = value;
   else if (strcmp(option, "--kinds") == 0)
     parse_kinds(s, value);
   else if (strcmp(option, "--size") == 0)
@@ -63,17 +75,27 @@ int main(int argc, char **argv) {
   settings s = {.quality = "medium",
                 .width = 1280,
                 .height = 800,
-                .rounds = 7,
+                .rounds = 5,
                 .threads = whittle_default_threads()};
+  if (argc == 2 && strcmp(argv[1], "--clock") == 0) {
+    record_begin();
+    record_number("gigahertz", clock_gigahertz());
+    record_end();
+    return 0;
+  }
   int i = 1;
   for (; i < argc && strncmp(argv[i], "--", 2) == 0; i += 2)
     parse_option(&s, argv[i], argv[i + 1]);
   if (i >= argc || !s.library)
-    fail("usage: %s --embree LIBRARY [--quality Q] [--kinds K,...] [--size WxH] [--rounds N] "
-         "[--threads N] "
-         "SCENE...\nwhere SCENE is one of %s",
-         argv[0], scenes_help);
-  for (; i < argc; i++)
+    fail("usage: %s --embree LIBRARY [--quality Q] [--builds one|all] [--isa I] [--kinds K,...] "
+         "[--size WxH] [--rounds N] [--threads N] SCENE...\nor: %s --clock\nwhere SCENE is one of "
+         "%s",
+         argv[0], argv[0], scenes_help);
+  if (s.isa)
+    setenv("WHITTLE_ISA", s.isa, 1);
+  for (int first = i; i < argc; i++) {
+    fprintf(stderr, "bench: scene %d of %d, %s\n", i - first + 1, argc - first, argv[i]);
     contest_run(&s, argv[i]);
+  }
   return 0;
 }

@@ -71,7 +71,7 @@ static void add_mode(embree *e, const char *name, unsigned width, int coherent) 
 }
 
 /* Packets narrower than the widest native ones are kept only beside AVX-512's, where 8 rays were
- * the best for streams without any coherence. */
+ * the best for streams without any coherence. Without AVX-512 Embree splits packets of 16. */
 static void list_modes(embree *e) {
   int native_8 = e->library.property(e->device, EMBREE_NATIVE_8) != 0;
   int native_16 = e->library.property(e->device, EMBREE_NATIVE_16) != 0;
@@ -84,10 +84,9 @@ static void list_modes(embree *e) {
   }
   add_mode(e, "8", 8, 0);
   add_mode(e, "8 coherent", 8, 1);
-  if (native_16) {
+  if (native_16)
     add_mode(e, "16", 16, 0);
-    add_mode(e, "16 coherent", 16, 1);
-  }
+  add_mode(e, "16 coherent", 16, 1);
 }
 
 void embree_open(embree *e, unsigned threads, const char *isa) {
@@ -125,9 +124,10 @@ static void set_quality(const embree *e, const char *quality) {
   fail("Embree's quality is low, medium, high or robust, not %s", quality);
 }
 
-double embree_build(embree *e, const mesh *m, const char *quality) {
+double embree_build(embree *e, unsigned place, const mesh *m, const char *quality) {
   const embree_library *l = &e->library;
-  e->scene = l->new_scene(e->device);
+  e->scenes[place] = l->new_scene(e->device);
+  embree_choose(e, place);
   set_quality(e, quality);
   embree_geometry *geometry = l->new_geometry(e->device, EMBREE_TRIANGLES);
   l->share_buffer(geometry, EMBREE_VERTICES, 0, EMBREE_FLOAT3, m->positions, 0, 3 * sizeof(float),
@@ -145,7 +145,14 @@ double embree_build(embree *e, const mesh *m, const char *quality) {
   return seconds;
 }
 
+void embree_choose(embree *e, unsigned place) {
+  e->scene = e->scenes[place];
+}
+
 void embree_release(embree *e) {
-  e->library.release_scene(e->scene);
+  for (unsigned i = 0; i < EMBREE_BUILDS; i++)
+    if (e->scenes[i])
+      e->library.release_scene(e->scenes[i]);
+  memset(e->scenes, 0, sizeof(e->scenes));
   e->scene = NULL;
 }

@@ -16,12 +16,13 @@ typedef struct embree_mode {
   int coherent;
 } embree_mode;
 
-enum { EMBREE_MODES = 5 };
+enum { EMBREE_MODES = 5, EMBREE_BUILDS = 4 };
 
 typedef struct embree {
   embree_library library;
   embree_device *device;
-  embree_scene *scene;
+  embree_scene *scene; /* that is traced: one of scenes */
+  embree_scene *scenes[EMBREE_BUILDS];
   long long bytes;                 /* that the device holds now, the shared buffers not counted */
   embree_mode modes[EMBREE_MODES]; /* those that this device supports, single rays first */
   unsigned mode_count;
@@ -36,10 +37,12 @@ void embree_load(embree *e, const char *path);
 void embree_open(embree *e, unsigned threads, const char *isa);
 void embree_close(embree *e);
 
-/* Builds the mesh into e->scene and gives the seconds that the build itself took. `quality` is
- * "low", "medium", "high" or "robust" (medium with robust intersection). */
-double embree_build(embree *e, const mesh *m, const char *quality);
-void embree_release(embree *e);
+/* Builds the mesh as scene `place` of those that exist side by side, which is then the one that is
+ * traced, and gives the seconds that the build itself took. `quality` is "low", "medium", "high" or
+ * "robust" (medium with robust intersection). */
+double embree_build(embree *e, unsigned place, const mesh *m, const char *quality);
+void embree_choose(embree *e, unsigned place); /* which one is traced */
+void embree_release(embree *e);                /* all scenes */
 
 /* Traces a whole stream, in chunks of so many rays that the crew takes. */
 enum { EMBREE_CHUNK = 4096 };

@@ -5,9 +5,8 @@
 #include "obj.h"
 
 #include "fail.h"
+#include "file.h"
 
-#include <errno.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,36 +17,13 @@ typedef struct reader {
   size_t vertices, triangles;
 } reader;
 
-static char *read_text(const char *path) {
-  FILE *file = fopen(path, "rb");
-  if (!file)
-    fail("cannot read %s: %s", path, strerror(errno));
-  if (fseek(file, 0, SEEK_END) != 0)
-    fail("cannot read %s: %s", path, strerror(errno));
-  long bytes = ftell(file);
-  rewind(file);
-  char *text = allocate((size_t)bytes + 1, 1);
-  if (fread(text, 1, (size_t)bytes, file) != (size_t)bytes)
-    fail("cannot read %s to its end", path);
-  fclose(file);
-  /* A backslash at the end of a line continues it. */
+/* A backslash at the end of a line continues it. */
+static void join_lines(char *text) {
   for (char *p = text; (p = strchr(p, '\\')) != NULL; p++)
     if (p[1] == '\n')
       p[0] = p[1] = ' ';
     else if (p[1] == '\r' && p[2] == '\n')
       p[0] = p[1] = p[2] = ' ';
-  return text;
-}
-
-static void read_numbers(const reader *r, const char *p, float *numbers, int count,
-                         const char *what) {
-  for (int i = 0; i < count; i++) {
-    char *end;
-    numbers[i] = strtof(p, &end);
-    if (end == p || !isfinite(numbers[i]))
-      fail("%s, line %zu: %s needs %d finite numbers", r->path, r->line, what, count);
-    p = end;
-  }
 }
 
 static uint32_t resolve_index(const reader *r, long index) {
@@ -93,32 +69,17 @@ static void read_face(reader *r, const char *p) {
     fail("%s, line %zu: a face needs at least 3 vertex indices", r->path, r->line);
 }
 
-static void read_comment(reader *r, const char *p) {
-  if (!r->mesh)
-    return;
-  float n[10];
-  if (strncmp(p, "# camera:", 9) == 0) {
-    read_numbers(r, p + 9, n, 10, "a camera (eye, target, up, fov)");
-    r->mesh->camera = (camera){vector_from(n), vector_from(n + 3), vector_from(n + 6), n[9]};
-    r->mesh->has_camera = 1;
-  } else if (strncmp(p, "# light:", 8) == 0) {
-    read_numbers(r, p + 8, n, 3, "a light");
-    r->mesh->light = vector_from(n);
-    r->mesh->has_light = 1;
-  }
-}
-
 static void read_line(reader *r, const char *p) {
   while (*p == ' ' || *p == '\t')
     p++;
   if (p[0] == 'v' && (p[1] == ' ' || p[1] == '\t')) {
     if (r->mesh)
-      read_numbers(r, p + 1, r->mesh->positions + r->vertices * 3, 3, "a vertex");
+      file_numbers(r->path, r->line, p + 1, r->mesh->positions + r->vertices * 3, 3, "a vertex");
     r->vertices++;
   } else if (p[0] == 'f' && (p[1] == ' ' || p[1] == '\t')) {
     read_face(r, p + 1);
-  } else if (p[0] == '#') {
-    read_comment(r, p);
+  } else if (p[0] == '#' && p[1] == ' ' && r->mesh) {
+    file_comment(r->path, r->line, p + 2, r->mesh);
   }
 }
 
@@ -137,7 +98,9 @@ static void read_pass(reader *r, char *text) {
 }
 
 mesh obj_read(const char *path) {
-  char *text = read_text(path);
+  size_t bytes;
+  char *text = file_read(path, &bytes);
+  join_lines(text);
   reader r = {.path = path};
   read_pass(&r, text);
   if (r.triangles == 0)

@@ -7,9 +7,8 @@
 
 #include "mesh.h"
 
-/* Reads vertices and faces; polygons become fans. Two comments are understood, so that a file can
- * bring its view: "# camera: eye target up fov" (3 + 3 + 3 + 1 numbers, vertical degrees) and
- * "# light: x y z". Fails with the line's number on what is malformed. */
+/* Reads vertices and faces; polygons become fans. Comments may bring its view: see file_comment.
+ * Fails with the line's number on what is malformed. */
 mesh obj_read(const char *path);
 
 #endif

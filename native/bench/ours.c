@@ -7,6 +7,7 @@
 #include "clock.h"
 #include "fail.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 static void check(whittle_status status, const whittle_error *error, const char *what) {
@@ -15,7 +16,8 @@ static void check(whittle_status status, const whittle_error *error, const char 
          error->message);
 }
 
-double ours_build(ours *o, const mesh *m, unsigned threads) {
+/* Lean: as a render that counts nothing asks for it. */
+static double build(ours *o, const mesh *m, unsigned threads, int lean) {
   static const double identity[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
   whittle_error error;
   memset(o, 0, sizeof(*o));
@@ -28,10 +30,14 @@ double ours_build(ours *o, const mesh *m, unsigned threads) {
   check(whittle_scene_add_mesh(o->scene, &arrays, &index, &error), &error, "take the mesh");
   check(whittle_scene_add_instance(o->scene, index, identity, 0, WHITTLE_ALL, NULL, &error), &error,
         "place the mesh");
-  whittle_build_options options = {.threads = threads, .lean = 1};
+  whittle_build_options options = {.threads = threads, .lean = lean};
   double start = clock_seconds();
   check(whittle_scene_build(o->scene, &options, &o->stats, &error), &error, "build");
   return clock_seconds() - start;
+}
+
+double ours_build(ours *o, const mesh *m, unsigned threads) {
+  return build(o, m, threads, 1);
 }
 
 void ours_release(ours *o) {
@@ -39,14 +45,24 @@ void ours_release(ours *o) {
   o->scene = NULL;
 }
 
-void ours_trace(const ours *o, const stream *s, const hits *h, unsigned threads) {
+static whittle_rays rays_of(const stream *s) {
   const ptrdiff_t step = sizeof(float), plane = (ptrdiff_t)(s->count * sizeof(float));
   whittle_rays rays = {.count = s->count};
   rays.origins = s->one_origin ? (whittle_array){s->origins, 0, 0, step}
                                : (whittle_array){s->origins, 0, step, plane};
   rays.directions = (whittle_array){s->directions, 0, step, plane};
   rays.t_max = (whittle_array){&s->t_max, 0, 0, 0};
-  whittle_trace_options options = {.threads = threads, .packet = s->is_coherent ? 256 : 0};
+  return rays;
+}
+
+/* As Whittle ships, but for the hint that neighbours are alike. */
+static whittle_trace_options options_for(const stream *s, unsigned threads) {
+  return (whittle_trace_options){.threads = threads, .packet = s->is_coherent ? 256 : 0};
+}
+
+void ours_trace(const ours *o, const stream *s, const hits *h, unsigned threads) {
+  whittle_rays rays = rays_of(s);
+  whittle_trace_options options = options_for(s, threads);
   whittle_error error;
   if (s->any_hit) {
     check(whittle_occluded(o->scene, &rays, h->blocked, &options, &error), &error, "trace");
@@ -54,6 +70,29 @@ void ours_trace(const ours *o, const stream *s, const hits *h, unsigned threads)
   }
   whittle_hits out = {.t = h->t, .triangle = h->triangle, .u = h->u, .v = h->v};
   check(whittle_intersect(o->scene, &rays, &out, &options, &error), &error, "trace");
+}
+
+static double mean_of(const uint32_t *counts, size_t count) {
+  double sum = 0;
+  for (size_t i = 0; i < count; i++)
+    sum += counts[i];
+  return sum / (double)count;
+}
+
+void ours_count(const mesh *m, const stream *s, unsigned threads, double *nodes,
+                double *triangles) {
+  ours whole;
+  build(&whole, m, threads, 0);
+  whittle_rays rays = rays_of(s);
+  whittle_trace_options options = {.threads = threads};
+  whittle_error error;
+  uint32_t *counts = allocate(s->count * 2, sizeof(uint32_t));
+  whittle_hits out = {.nodes = counts, .triangles = counts + s->count};
+  check(whittle_intersect(whole.scene, &rays, &out, &options, &error), &error, "count");
+  ours_release(&whole);
+  *nodes = mean_of(counts, s->count);
+  *triangles = mean_of(counts + s->count, s->count);
+  free(counts);
 }
 
 const char *ours_isa(int *is_widest) {

@@ -20,6 +20,10 @@ void ours_release(ours *o);
 /* Traces a whole stream with one call. */
 void ours_trace(const ours *o, const stream *s, const hits *h, unsigned threads);
 
+/* Means over the stream's rays, each alone on a binary tree made for this: nodes visited, triangles
+ * tested. */
+void ours_count(const mesh *m, const stream *s, unsigned threads, double *nodes, double *triangles);
+
 /* The name of the instruction set in use, and whether it is the widest that can run here. */
 const char *ours_isa(int *is_widest);
 

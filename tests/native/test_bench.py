@@ -8,6 +8,7 @@ import ctypes
 import importlib.util
 import json
 import os
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -44,7 +45,21 @@ f -4//1 -3//1 -2//1
 f -4 -2 -1
 """
 SIZE = 64
-NEUTRAL = ("compare.c", "measure.c", "mesh.c", "rays.c", "fail.c")
+NEUTRAL = (
+    "compare.c",
+    "measure.c",
+    "mesh.c",
+    "rays.c",
+    "fail.c",
+    "file.c",
+    "ply.c",
+    "ply_header.c",
+    "shapes.c",
+    "buildings.c",
+    "terrain.c",
+    "scenes.c",
+    "obj.c",
+)
 SEEN = (SIZE // 2) ** 2
 
 
@@ -68,7 +83,7 @@ def program() -> Path:
 
 def run_program(program: Path, *scenes: str, **environment: str) -> subprocess.CompletedProcess:
     """Measures quickly; whatever comes of it."""
-    options = ["--embree", str(bench.find_embree()), "--size", f"{SIZE}x{SIZE}", "--rounds", "3"]
+    options = ["--embree", str(bench.find_embree()), "--size", f"{SIZE}x{SIZE}", "--rounds", "2"]
     return subprocess.run(
         [str(program), *options, *scenes],
         capture_output=True,
@@ -135,6 +150,54 @@ def test_both_sides_get_the_instruction_set_asked_for(program: Path) -> None:
         assert r["embree_isa"] == "sse4.2" or widest == "sse4.2"
         if r["kind"] != "build":
             assert set(r["embree_modes"]) == {"1", "4", "4 coherent"}
+
+
+def test_isa_restricts_both_sides(program: Path) -> None:
+    options = ["--isa", "sse4.2", "--kinds", "random"]
+    for r in records_of(run_program(program, *options, "terrain:200")):
+        assert (r["isa"], r["embree_isa"]) == ("sse4.2", "sse4.2")
+
+
+def test_other_builds_of_embree_are_traced_by_one_thread(program: Path) -> None:
+    kinds = ["--kinds", "primary,shadow"]
+    for r in records_of(run_program(program, *kinds, "terrain:2000")):
+        if r["threads"] > 1:
+            assert "embree_builds" not in r
+            continue
+        assert set(r["embree_builds"]) == {"robust", "high"}
+        assert all(rate > 0 for rate in r["embree_builds"].values())
+        assert r["embree_builds_mode"] in r["embree_modes"]
+    for r in records_of(run_program(program, *kinds, "--builds", "one", "terrain:2000")):
+        assert "embree_builds" not in r
+
+
+def test_nodes_of_a_ray_alone_grow_as_the_logarithm(program: Path) -> None:
+    scenes = ["terrain:2000", "terrain:32000"]
+    records = records_of(run_program(program, "--kinds", "primary", "--builds", "one", *scenes))
+    few, many = (r["nodes_per_ray"] for r in records if r["threads"] == 1)
+    # Four more levels of the tree: more nodes, but far from 16 times as many.
+    assert 1 < few < many < 3 * few
+
+
+@pytest.mark.parametrize(
+    ("scene", "triangles"),
+    [("stadium", 35_000), ("stadium-near", 35_000), ("atrium", 400_000), ("spheres", 440_000)],
+)
+def test_generated_scenes_fill_the_picture(program: Path, scene: str, triangles: int) -> None:
+    (record,) = records_of(
+        run_program(program, "--kinds", "primary", "--builds", "one", "--threads", "1", scene)
+    )
+    assert record["triangles"] == pytest.approx(triangles, rel=0.06)
+    assert record["hits_whittle"] > 0.6 * SIZE**2
+    assert record["mismatches"] <= 3
+
+
+def test_the_atrium_surrounds_the_camera(functions: ctypes.CDLL) -> None:
+    mesh = functions.scenes_load(b"atrium", ctypes.c_float(1.6))
+    floats = ctypes.cast(mesh.positions, ctypes.POINTER(ctypes.c_float))
+    positions = np.ctypeslib.as_array(floats, (mesh.vertex_count, 3))
+    eye = np.array(mesh.camera[:3])
+    assert (positions.min(axis=0) < eye).all() and (eye < positions.max(axis=0)).all()
 
 
 def test_kinds_leaves_the_others_out(program: Path) -> None:
@@ -237,6 +300,7 @@ def functions(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     loaded.compare_mismatches.restype = ctypes.c_size_t
     loaded.compare_count_hits.restype = ctypes.c_size_t
     loaded.rays_primary.restype = Stream
+    loaded.ply_read.restype = loaded.scenes_load.restype = Mesh
     loaded.measure_quantile.restype = ctypes.c_double
     loaded.measure_spread.restype = ctypes.c_double
     return loaded
@@ -330,13 +394,105 @@ def test_rounds_are_interleaved(functions: ctypes.CDLL) -> None:
     assert seconds == pytest.approx(np.array([[0.5] * 3, [0.004] * 3]))
 
 
-def test_view_of_an_exported_scene() -> None:
-    view = {
-        "to_world": [[1, 0, 0, 4], [0, 0, -1, 5], [0, 1, 0, 6], [0, 0, 0, 1]],
-        "projection": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, -0.2], [0, 0, -1, 0]],
-        "lights": [{"position": [1, 2, 3], "power": 5}, {"position": [4, 5, 6], "power": 9}],
-    }
-    assert bench.view_comments(view) == ("# camera: 4 5 6 4 6 6 0 0 1 90\n# light: 4 5 6\n")
+# A quad and a pentagon, x given as double, with properties and an element to pass over.
+PLY_VERTICES = [(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0.5), (-1, 0.5, 0)]
+PLY_FACES = [(0, 1, 2, 3), (0, 1, 2, 3, 4)]
+PLY_TRIANGLES = [(0, 1, 2), (0, 2, 3), (0, 1, 2), (0, 2, 3), (0, 3, 4)]
+PLY_HEADER = """ply
+format {} 1.0
+comment made for a test
+comment camera: 1 2 3  4 5 6  0 1 0  50
+comment light: 7 8 9
+element marker 2
+property list uchar short spans
+element vertex 5
+property uchar shade
+property double x
+property float y
+property float z
+element face 2
+property list uchar int vertex_indices
+property ushort group
+end_header
+"""
+
+
+def ply_of(form: str) -> bytes:
+    """The file in one of the three formats."""
+    rows: list[tuple[str, tuple]] = [("Bhh", (2, 4, 5)), ("B", (0,))]
+    rows += [("Bdff", (200, *vertex)) for vertex in PLY_VERTICES]
+    rows += [(f"B{len(f)}iH", (len(f), *f, 60000)) for f in PLY_FACES]
+    header = PLY_HEADER.format(form).encode()
+    if form == "ascii":
+        return header + "".join(" ".join(map(str, row)) + "\n" for _, row in rows).encode()
+    order = "<" if form == "binary_little_endian" else ">"
+    return header + b"".join(struct.pack(order + kinds, *row) for kinds, row in rows)
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_ply_files_of_every_format(functions: ctypes.CDLL, tmp_path: Path, form: str) -> None:
+    path = tmp_path / "shape.ply"
+    path.write_bytes(ply_of(form))
+    mesh = functions.ply_read(str(path).encode())
+    floats = ctypes.cast(mesh.positions, ctypes.POINTER(ctypes.c_float))
+    assert np.ctypeslib.as_array(floats, (mesh.vertex_count, 3)).tolist() == [
+        list(map(float, vertex)) for vertex in PLY_VERTICES
+    ]
+    words = ctypes.cast(mesh.triangles, ctypes.POINTER(ctypes.c_uint32))
+    found = np.ctypeslib.as_array(words, (mesh.triangle_count, 3))
+    assert list(map(tuple, found.tolist())) == PLY_TRIANGLES
+    assert list(mesh.camera) == [1, 2, 3, 4, 5, 6, 0, 1, 0, 50]
+    assert list(mesh.light) == [7, 8, 9]
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ((b"ply\n", b"plyx\n"), "does not begin with ply"),
+        ((b"ascii", b"binary"), "line 2: there is no format binary"),
+        ((b"property double x", b"property real x"), "line 10: there is no type real"),
+        ((b"element face", b"element faces"), "has no vertices or no faces"),
+        ((b"end_header", b"end"), "what is"),
+        ((b"0 1 2 3 4 60000", b"0 1 2 3 5 60000"), "face 1: there is no vertex 5 among 5"),
+        ((b"0 1 2 3 4 60000", b"0 1 2"), "ends too early"),
+        ((b"5 0 1 2 3 4 60000", b"2 0 1 60000"), "face 1: 2 corners make no polygon"),
+        ((b"200 2 1 0", b"200 2 nan 0"), "vertex 2: y is not a finite number"),
+        ((b"list uchar int", b"list float int"), "a list is counted in whole numbers"),
+    ],
+)
+def test_a_bad_ply_file_is_named(
+    program: Path, tmp_path: Path, change: tuple[bytes, bytes], sentence: str
+) -> None:
+    path = tmp_path / "bad.ply"
+    text = ply_of("ascii")
+    assert text.count(change[0]) == 1
+    path.write_bytes(text.replace(*change))
+    done = run_program(program, str(path))
+    assert done.returncode == 1
+    assert str(path) in done.stderr and sentence in done.stderr
+
+
+def test_a_blend_file_is_exported(program: Path, tmp_path: Path) -> None:
+    bpy = pytest.importorskip("bpy")
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    blend = tmp_path / "a cube.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    (ply,) = bench.as_meshes([f"{blend}+ground"], tmp_path)
+    assert ply.endswith("a cube.ply+ground")
+    (record,) = records_of(run_program(program, "--kinds", "primary", "--threads", "1", ply))
+    assert (record["scene"], record["triangles"]) == ("a cube+ground", 14)
+    assert 0 < record["hits_whittle"]
+
+
+def test_summary_is_geometric() -> None:
+    ratios = {"a": 0.5, "b": 2.0, "c": 8.0}
+    records = [
+        {"kind": "shadow", "threads": 1, "scene": scene, "ratio": ratio}
+        for scene, ratio in ratios.items()
+    ]
+    (row,) = bench.bench_summary.summary(records)
+    assert (row.scenes, row.least, row.where, row.most) == (3, 0.5, "a", 8.0)
+    assert row.mean == pytest.approx(2.0)
 
 
 def test_front_writes_records_and_page(square: Path, tmp_path: Path) -> None:
@@ -349,13 +505,16 @@ def test_front_writes_records_and_page(square: Path, tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert (page.stat().st_mtime_ns if page.exists() else None) == before
-    records = json.loads(out.read_text())
+    records = json.loads(out.read_text())["records"]
     assert all(r.keys() >= FIELDS for r in records)
-    rows = [line for line in done.stdout.splitlines() if line.startswith(("primary", "build"))]
+    told = done.stdout.partition("Whittle over")[0].splitlines()
+    rows = [line for line in told if line.startswith(("primary", "build"))]
     assert len(rows) == len([r for r in records if r["kind"] in ("primary", "build")])
     maker = ROOT / "docs" / "make" / "benchmarks.py"
     subprocess.run([sys.executable, str(maker), str(out), "--out", str(tmp_path)], check=True)
     text = (tmp_path / "benchmarks.md").read_text()
+    for row in bench.bench_summary.summary(records):
+        assert f"| {row.kind} | {row.threads} | 1 | {row.mean:.2f} | " in text
     for r in records:
         digits = 2 if r["kind"] == "build" else 1
         assert f"| {r['whittle']:.{digits}f} | {r['embree']:.{digits}f} | " in text
