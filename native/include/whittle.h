@@ -186,7 +186,7 @@ typedef struct whittle_build_options {
   uint32_t max_leaf;    /* 0: 8; 1 to 64 triangles */
   float traversal_cost; /* 0: 1, in triangle tests */
   int by_instance;      /* a subtree for each instance, kept for the next build by instance */
-  int lean;             /* drop the binary tree when done: half the memory, nothing to count on */
+  int lean; /* no binary tree: sooner, in less memory, but there is nothing to count on */
   whittle_progress progress;
 } whittle_build_options;
 
@@ -201,7 +201,7 @@ typedef struct whittle_build_stats {
   double sah_cost; /* (C sum of inner areas + sum of count x leaf area) / root area */
   uint64_t bytes;  /* of the finished structures: nodes, indices, triangles, meshes */
   uint64_t bytes_nodes, bytes_triangles, bytes_meshes;
-  uint64_t bytes_binary; /* of the binary tree: part of bytes_nodes, or left out of it if lean */
+  uint64_t bytes_binary; /* the part of bytes_nodes that a lean build does without, where it is 0 */
   double seconds, seconds_flatten, seconds_tree; /* wall time */
   /* By instance: how many instances there are, and how many of them got a new subtree, the others
    * keeping theirs; whether all did because the scene outgrew its frame, or shrank in it; and the
@@ -221,10 +221,12 @@ typedef struct whittle_build_stats {
  * hits have the same bits either way; counters are those of the tree at hand. Rays take longer
  * where instances overlap, which the one tree takes apart.
  *
- * Rays are traced on a tree with eight children to a node. The binary one that it was made from
- * takes as much memory as that and the triangles together, and is only there to be looked at. A
- * lean build leaves it out; then whatever needs it fails with WHITTLE_NOT_BUILT: counters of any
- * kind, the cost, the probe, the lecture mode, whittle_scene_tree, whittle_scene_owners and
+ * Rays are traced on a tree with eight children to a node and up to eight triangles to a leaf. The
+ * binary one that it is made from takes nearly as much memory, and is only there to be looked at. A
+ * lean build leaves it out, and does not even divide what will be a leaf of the other: the very
+ * same eightfold tree, sooner. Nodes, leaves, depth and SAH cost in `stats` are then those of a
+ * binary tree with such leaves, and what needs the finer one fails with WHITTLE_NOT_BUILT: counters
+ * of any kind, the cost, the probe, the lecture mode, whittle_scene_tree, whittle_scene_owners and
  * whittle_scene_quality. */
 WHITTLE_API whittle_status whittle_scene_build(whittle_scene *scene,
                                                const whittle_build_options *options,

@@ -103,8 +103,8 @@ class Scene:
         with the same options makes only those anew that have changed; images and hits have the same
         bits, but rays cost more where instances overlap.
 
-        lean leaves out the binary tree, which takes half the memory: then counters, cost, probe,
-        quality, owners, nodes, triangles and the mode "lecture" raise RuntimeError.
+        lean leaves out the binary tree: it takes less time and memory, but counters, cost, probe,
+        quality, owners, nodes, triangles and the mode "lecture" then raise RuntimeError.
 
         Stats by the names of whittle_build_stats, plus ``dropped``: a list with a mapping
         (mesh, non_finite, zero_area) for each mesh that lost triangles."""

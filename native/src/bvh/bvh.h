@@ -25,6 +25,7 @@ typedef struct whittle_bvh_options {
   uint32_t bins, max_leaf;
   float traversal_cost;
   uint32_t max_depth; /* 0: WHITTLE_MAX_DEPTH; at least log2(count), rounded up */
+  uint32_t whole;     /* so many triangles or fewer are a leaf, whatever it costs */
 } whittle_bvh_options;
 
 typedef struct whittle_bvh {

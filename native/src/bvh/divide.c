@@ -100,7 +100,7 @@ static bool divide_by_bins(const divide_context *c, bins *own, const span *s, sp
 
 bool whittle_divide(const divide_context *c, bins *own, const span *s, span children[2]) {
   const uint32_t few = c->options.bins < MOST_RANKED ? c->options.bins : MOST_RANKED;
-  if (s->count == 1)
+  if (s->count == 1 || s->count <= c->options.whole)
     return false;
   return s->count <= few ? divide_by_ranks(c, own, s, children)
                          : divide_by_bins(c, own, s, children);

@@ -50,7 +50,8 @@ static whittle_status fill_options(const whittle_build_options *given, whittle_b
 static whittle_bvh_options tree_options(const build *b) {
   return (whittle_bvh_options){.bins = b->options.bins,
                                .max_leaf = b->options.max_leaf,
-                               .traversal_cost = b->options.traversal_cost};
+                               .traversal_cost = b->options.traversal_cost,
+                               .whole = b->options.lean ? WHITTLE_WIDE_LEAF : 0};
 }
 
 static whittle_status lead_whole(build *b) {
@@ -117,7 +118,7 @@ static void count_drops(const build *b) {
 }
 
 static void fill_bytes(const whittle_scene *scene, whittle_build_stats *stats) {
-  stats->bytes_binary = stats->nodes * sizeof(whittle_node);
+  stats->bytes_binary = scene->node_count * sizeof(whittle_node);
   for (size_t i = 0; i < scene->mesh_count; i++) {
     stats->dropped_non_finite += scene->meshes[i].dropped_non_finite;
     stats->dropped_zero_area += scene->meshes[i].dropped_zero_area;
@@ -190,7 +191,7 @@ static whittle_status begin(build *b, uint64_t *triangles, whittle_error *error)
   const whittle_bvh_options options = tree_options(b);
   const bool by_instance = b->options.by_instance;
   const whittle_status status =
-      by_instance ? whittle_subtrees_begin(&b->subtrees, b->scene, &options, b->options.lean, error)
+      by_instance ? whittle_subtrees_begin(&b->subtrees, b->scene, &options, error)
                   : whittle_flat_begin(b->scene, 0, b->scene->instance_count, &b->flat, error);
   *triangles = by_instance ? b->subtrees.all.index.triangles : b->flat.index.triangles;
   return status;

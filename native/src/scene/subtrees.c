@@ -55,12 +55,11 @@ static bool carry_over(const scene_subtrees *old, const whittle_scene *scene, si
 }
 
 whittle_status whittle_subtrees_begin(subtrees_build *p, const whittle_scene *scene,
-                                      const whittle_bvh_options *options, bool lean,
-                                      whittle_error *error) {
+                                      const whittle_bvh_options *options, whittle_error *error) {
   const size_t count = scene->instance_count;
   memset(p, 0, sizeof *p);
   p->scene = scene;
-  p->lean = lean;
+  p->lean = options->whole > 0;
   const whittle_status status = whittle_flat_begin(scene, 0, count, &p->all, error);
   if (status != WHITTLE_OK)
     return status;
@@ -105,12 +104,10 @@ static bool same_frame(const scene_frame *a, const scene_frame *b) {
          a->center[1] == b->center[1] && a->center[2] == b->center[2];
 }
 
-/* Whether the old subtrees, which there are, were built as these are to be. */
-static bool same_options(const subtrees_build *p) {
-  const whittle_bvh_options *a = &p->scene->subtrees->options, *b = &p->next->options;
+static bool same_options(const whittle_bvh_options *a, const whittle_bvh_options *b) {
   return a->bins == b->bins && a->max_leaf == b->max_leaf &&
          a->traversal_cost == b->traversal_cost && a->max_depth == b->max_depth &&
-         (bool)p->scene->options.lean == p->lean;
+         a->whole == b->whole;
 }
 
 /* With the frame known, all is known that a subtree depends on. */
@@ -123,7 +120,7 @@ static void choose_changed(subtrees_build *p) {
       world_unite(&bounds, &next->list[i].bounds);
   next->frame = whittle_frame_of(&bounds);
   p->frame_changed = old && !same_frame(&old->frame, &next->frame);
-  if (!old || p->frame_changed || !same_options(p)) {
+  if (!old || p->frame_changed || !same_options(&old->options, &next->options)) {
     p->changed_count = 0;
     for (size_t i = 0; i < next->count; i++)
       if (next->list[i].version)

@@ -45,8 +45,7 @@ typedef struct subtrees_build {
 } subtrees_build;
 
 whittle_status whittle_subtrees_begin(subtrees_build *p, const whittle_scene *scene,
-                                      const whittle_bvh_options *options, bool lean,
-                                      whittle_error *error);
+                                      const whittle_bvh_options *options, whittle_error *error);
 whittle_status whittle_subtrees_lead(subtrees_build *p, whittle_team *team, whittle_error *error);
 /* Leaves the old arrays, if they were replaced, to be released with the build. */
 void whittle_subtrees_commit(subtrees_build *p, whittle_scene *scene);

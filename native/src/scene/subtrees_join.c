@@ -133,6 +133,7 @@ static whittle_status build_top(subtrees_build *p, whittle_error *error) {
     }
   whittle_bvh_options options = next->options;
   options.max_leaf = 1;
+  options.whole = 0;
   options.max_depth = WHITTLE_MAX_DEPTH - deepest;
   return whittle_top_build(p->team, &p->top, &options, error);
 }
