@@ -55,14 +55,9 @@ static whittle_rays rays_of(const stream *s) {
   return rays;
 }
 
-/* As Whittle ships, but for the hint that neighbours are alike. */
-static whittle_trace_options options_for(const stream *s, unsigned threads) {
-  return (whittle_trace_options){.threads = threads, .packet = s->is_coherent ? 256 : 0};
-}
-
 void ours_trace(const ours *o, const stream *s, const hits *h, unsigned threads) {
   whittle_rays rays = rays_of(s);
-  whittle_trace_options options = options_for(s, threads);
+  whittle_trace_options options = {.threads = threads};
   whittle_error error;
   if (s->any_hit) {
     check(whittle_occluded(o->scene, &rays, h->blocked, &options, &error), &error, "trace");

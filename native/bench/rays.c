@@ -14,7 +14,6 @@ static stream stream_new(const char *kind, size_t count, int one_origin) {
   stream s = {.kind = kind, .count = count, .one_origin = one_origin, .t_max = INFINITY};
   s.origins = allocate((one_origin ? 1 : count) * 3, sizeof(float));
   s.directions = allocate(count * 3, sizeof(float));
-  s.is_coherent = 1;
   return s;
 }
 
@@ -200,7 +199,6 @@ stream rays_mirror(const mesh *m, const stream *primary, const hits *found) {
 
 stream rays_random(const mesh *m, size_t count) {
   stream s = stream_new("random", count, 0);
-  s.is_coherent = 0;
   vector low, high;
   mesh_bounds(m, &low, &high);
   vector extent = subtract(high, low);

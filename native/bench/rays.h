@@ -15,8 +15,7 @@ typedef struct stream {
   int one_origin;
   float *directions; /* count x 3 */
   float t_max;
-  int any_hit;     /* only whether there is a hit */
-  int is_coherent; /* neighbours are alike: packets pay */
+  int any_hit; /* only whether there is a hit */
 } stream;
 
 /* What tracing a stream gives. */

@@ -358,7 +358,8 @@ typedef struct whittle_hits {
 
 typedef struct whittle_trace_options {
   uint32_t threads; /* 0: whittle_default_threads() */
-  uint32_t packet;  /* consecutive rays traced as one packet: 0: chosen; 1: single rays; to 256 */
+  uint32_t packet;  /* consecutive rays traced as one packet: 1: single rays; to 256. 0: 256 where
+                       neighbours look alike, and 1 where they do not, chosen for every 256 */
 } whittle_trace_options;
 
 /* The nearest hit of each ray; among hits at equal t that of the lowest (instance, triangle).

@@ -20,7 +20,7 @@ typedef struct trace_run {
   const whittle_hits *hits; /* NULL: only whether anything is hit */
   uint8_t *blocked;
   const kernel_table *kernels;
-  uint32_t packet, visibility;
+  uint32_t packet, visibility; /* packet 0: chosen for each chunk */
   bool count, masked;
   atomic_size_t next;
 } trace_run;
@@ -55,17 +55,54 @@ static void give_counts(const whittle_hits *hits, const chunk_results *results, 
     memcpy(hits->triangles + first, results->triangles, count * sizeof(uint32_t));
 }
 
+/* Every so many rays are looked at when a packet size is chosen. */
+enum { SAMPLE = 8 };
+
+/* Two neighbours, and all that were looked at so far. */
+typedef struct likeness {
+  float low[3], high[3]; /* of the origins */
+  float steps;           /* between neighbours' origins, summed over all axes */
+  uint32_t pairs, alike; /* that look into the same octant */
+} likeness;
+
+static void compare_neighbours(likeness *l, const ray_chunk *chunk, uint32_t i) {
+  bool same = true;
+  for (int axis = 0; axis < 3; axis++) {
+    const float *origin = chunk->origin[axis] + i, *direction = chunk->direction[axis] + i;
+    l->low[axis] = origin[0] < l->low[axis] ? origin[0] : l->low[axis];
+    l->high[axis] = origin[0] > l->high[axis] ? origin[0] : l->high[axis];
+    l->steps += fabsf(origin[1] - origin[0]);
+    same = same && (direction[0] < 0.0f) == (direction[1] < 0.0f);
+  }
+  l->pairs++;
+  l->alike += same;
+}
+
+/* How many rays make a packet: the whole chunk, if most neighbours look into the same octant and
+ * start close to each other. In random order an eighth do, and their origins lie a third of the
+ * extent apart on average. What that cannot tell, packets find out: they give up. */
+static uint32_t packet_for(const ray_chunk *chunk) {
+  likeness l = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, 0, 0, 0};
+  for (uint32_t i = 0; i + 1 < chunk->count; i += SAMPLE)
+    compare_neighbours(&l, chunk, i);
+  float extent = 0.0f;
+  for (int axis = 0; axis < 3; axis++)
+    extent += l.high[axis] - l.low[axis];
+  const bool close = 4.0f * l.steps <= (float)l.pairs * extent;
+  return close && 2 * l.alike > l.pairs ? RAY_CHUNK : 1;
+}
+
 static void work(void *context, uint32_t worker, whittle_run_state *state) {
   (void)worker, (void)state;
   trace_run *run = context;
   uint64_t own_box_misses = 0;
-  const trace_context trace = {.scene = run->scene,
-                               .mode = run->packet > 1 ? WHITTLE_FAST : WHITTLE_SINGLE,
-                               .packet = run->packet,
-                               .visibility = run->visibility,
-                               .masked = run->masked,
-                               .count = run->count,
-                               .own_box_misses = &own_box_misses};
+  trace_context trace = {.scene = run->scene,
+                         .mode = WHITTLE_FAST,
+                         .packet = run->packet,
+                         .visibility = run->visibility,
+                         .masked = run->masked,
+                         .count = run->count,
+                         .own_box_misses = &own_box_misses};
   ray_chunk chunk;
   chunk_results results;
   memset(results.skip, 0xff, sizeof results.skip); /* none */
@@ -76,6 +113,8 @@ static void work(void *context, uint32_t worker, whittle_run_state *state) {
     const size_t left = run->rays->count - first;
     run->kernels->load(&run->scene->frame, run->rays, first,
                        (uint32_t)(left < RAY_CHUNK ? left : RAY_CHUNK), &chunk);
+    if (run->packet == 0)
+      trace.packet = packet_for(&chunk);
     ray_stream rays = stream_of(&chunk, &results);
     if (run->hits != NULL) {
       run->kernels->closest(&trace, &rays);
@@ -109,7 +148,7 @@ static whittle_status trace(trace_run *run, const whittle_trace_options *options
     return status;
   }
   run->kernels = whittle_kernels(error);
-  run->packet = packet ? packet : 1;
+  run->packet = packet;
   run->visibility = run->rays->visibility ? run->rays->visibility : WHITTLE_ALL;
   for (size_t i = 0; i < scene->instance_count; i++)
     run->masked |= scene->instances[i].visibility != WHITTLE_ALL || run->visibility != WHITTLE_ALL;
