@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the tests inside Blender share: the add-on from the source tree, and an empty scene."""
 
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +12,24 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 bpy = pytest.importorskip("bpy")
 sys.path.insert(0, str(ROOT))
+VERDICT = pytest.StashKey[int]()
+
+
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    session.config.stash[VERDICT] = int(exitstatus)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Ends the process at once, with the verdict.
+
+    Blender 4.5 as a module closes itself when Python frees it. Where a leaked reference of any
+    library keeps it, its static destructors wait for its own threads for ever. That scripts which
+    use the add-on end by themselves is tested in processes of their own.
+    """
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(config.stash.get(VERDICT, pytest.ExitCode.INTERNAL_ERROR))
 
 
 @pytest.fixture(scope="session")
