@@ -321,3 +321,60 @@ def test_a_place_that_is_not_finite_is_left_out_and_named(scene, export):
     native, notes = export()
     assert len(native.instances) == 1
     assert notes == ["Object 'Lost' left out: its place is not a finite number"]
+
+
+class Moved:
+    """Loop triangles of which one says that it lies elsewhere, or other corners."""
+
+    def __init__(self, triangles, place, moved=0, turned=False):
+        self._triangles, self._place, self._moved = triangles, place % len(triangles), moved
+        self._turned = turned
+        self.asked = 0
+
+    def __len__(self):
+        return len(self._triangles)
+
+    def __getitem__(self, place):
+        return self if place == self._place else self._triangles[place]
+
+    def as_pointer(self):
+        return self._triangles[self._place].as_pointer() + self._moved
+
+    @property
+    def loops(self):
+        corners = tuple(self._triangles[self._place].loops)
+        return corners[1:] + corners[:1] if self._turned else corners
+
+    def foreach_get(self, name, values):
+        self.asked += 1
+        self._triangles.foreach_get(name, values)
+
+
+@pytest.fixture
+def polygons():
+    """A grid of quads, a pentagon, a dart that has only one diagonal inside, and a triangle."""
+    shape = bmesh.new()
+    bmesh.ops.create_grid(shape, x_segments=5, y_segments=4)
+    dart = [(0, 0), (2, -1), (0, 2), (-2, -1)]
+    for outline in (dart, dart[1:] + dart[:1], dart[:3], [*dart[1:], (-3, -3), (0, -4)]):
+        shape.faces.new([shape.verts.new((*point, 1)) for point in outline])
+    mesh = bpy.data.meshes.new("Polygons")
+    shape.to_mesh(mesh)
+    shape.free()
+    mesh.calc_loop_triangles()
+    return mesh
+
+
+def test_corners_of_triangles_are_those_that_blender_names(addon, polygons):
+    from addon.export.meshes import triangle_corners
+
+    triangles = polygons.loop_triangles
+    expected = np.array([tuple(row.loops) for row in triangles]).reshape(-1)
+    assert (triangle_corners(triangles) == expected).all()
+    as_is = Moved(triangles, -1)
+    assert (triangle_corners(as_is) == expected).all()
+    assert as_is.asked == 0
+    for doubtful in (Moved(triangles, -1, moved=12), Moved(triangles, 0, turned=True)):
+        assert (triangle_corners(doubtful) == expected).all()
+        assert doubtful.asked == 1
+    assert len(triangle_corners(bpy.data.meshes.new("Nothing").loop_triangles)) == 0

@@ -330,8 +330,9 @@ def test_moving_one_object_keeps_the_bits_of_the_others():
     assert len(seen) == 1
 
 
-def test_vertices_that_no_good_triangle_uses_do_not_stretch_the_frame():
-    positions, triangles = meshes.icosphere(2)
+@pytest.mark.parametrize("subdivisions", [2, 6], ids=["small", "shared by threads"])
+def test_vertices_that_no_good_triangle_uses_do_not_stretch_the_frame(subdivisions):
+    positions, triangles = meshes.icosphere(subdivisions)
     alone = scene_of((positions, triangles))
     alone.build()
     stray = np.array([[1e30, 0, 0], [0, -1e20, 0], [np.nan, 0, 0]], np.float32)
@@ -340,6 +341,26 @@ def test_vertices_that_no_good_triangle_uses_do_not_stretch_the_frame():
     stats = scene.build()
     assert stats["dropped_non_finite"] == 1
     assert scene.nodes().tobytes() == alone.nodes().tobytes()
+
+
+def test_vertices_of_no_triangle_do_not_stretch_the_frame_of_a_large_mesh():
+    positions, triangles = meshes.icosphere(6)
+    alone = scene_of((positions, triangles))
+    alone.build()
+    for place in (0, len(positions) // 2, len(positions)):
+        grown = np.insert(positions, place, [[1e30, 0, 0]], axis=0)
+        scene = scene_of((grown, np.where(triangles < place, triangles, triangles + 1)))
+        scene.build()
+        assert scene.nodes().tobytes() == alone.nodes().tobytes()
+
+
+def test_the_first_bad_index_of_a_large_mesh_is_named():
+    positions, triangles = meshes.icosphere(6)
+    broken = triangles.copy()
+    broken[[70_001, 70_000, 81_000], [0, 1, 2]] = len(positions) + np.arange(3)
+    named = f"Triangle 70000 names vertex {len(positions) + 1}, but the mesh has {len(positions)}"
+    with pytest.raises(ValueError, match=named):
+        scene_of((positions, broken))
 
 
 def test_many_vertices_in_a_row_that_no_triangle_uses():

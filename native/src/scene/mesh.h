@@ -13,6 +13,11 @@
 whittle_status whittle_mesh_copy(mesh *m, const whittle_mesh *source, whittle_error *error);
 void whittle_mesh_free(mesh *m);
 
+/* Part of whittle_mesh_copy: fills the arrays of `m`, which have their room, and checks the
+ * indices; `normals` is how many there are. */
+whittle_status whittle_mesh_fill(mesh *m, const whittle_mesh *source, size_t normals,
+                                 whittle_error *error);
+
 /* Whether two meshes have the same positions and triangles, bit for bit. */
 bool whittle_mesh_same_surface(const mesh *a, const mesh *b);
 
