@@ -184,13 +184,27 @@ def _run_frame(options: argparse.Namespace, frame: int) -> None:
             line.end()
     if not results.last:
         raise BatchError(f"frame {frame}: cancelled")
+    began = time.perf_counter()
     if _counts(options):
         saved = [_save_render(options.out, f"counters_{frame:04d}", "exr")]
         saved += _save_heatmaps(options, frame)
     else:
         saved = [_save_render(options.out, f"frame_{frame:04d}", options.format)]
+    for result in results.last:
+        result.seconds["write"] = time.perf_counter() - began
+        print(f"whittle: frame {frame}, {result.layer}: {summary(result)}")
     saved.append(_save_statistics(options, frame))
     print("\n".join(f"whittle: wrote {path}" for path in saved), flush=True)
+
+
+def summary(result: results.Result) -> str:
+    """Where a view layer's time went, in one line."""
+    names = {"export": "read", "hand_over": "hand over"}
+    phases = [f"{names.get(name, name)} {spent:.2f} s" for name, spent in result.seconds.items()]
+    tracing = ", ".join(f"{name} {spent:.2f}" for name, spent in result.tracing().items())
+    place = list(result.seconds).index("trace")
+    phases[place] += f" ({tracing})"
+    return ", ".join(phases)
 
 
 def _judge_frame(options: argparse.Namespace, report: Report) -> int:

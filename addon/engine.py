@@ -94,6 +94,7 @@ def render_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph)
     except core.Cancelled:
         return  # Esc: Blender knows, and keeps no picture
     _hand_over(engine, depsgraph.view_layer_eval.name, region, table, image)
+    clock.lap("hand_over")
     result = results.Result(
         scene=frame.name,
         layer=depsgraph.view_layer_eval.name,

@@ -187,6 +187,8 @@ def numbers(result: results.Result) -> list[tuple[str, str]]:
         ("Read Scene", f"{seconds['export']:.3f} s"),
         ("Build", f"{seconds['build']:.3f} s"),
         ("Trace", f"{seconds['trace']:.3f} s"),
+        *((f"    {name.title()}", f"{spent:.3f} s") for name, spent in result.tracing().items()),
+        ("Hand Over", f"{seconds['hand_over']:.3f} s"),
         *((f"{kind.title()} Rays", f"{count:,}") for kind, count in kinds),
         ("Speed", f"{result.rays_per_second() / 1e6:,.2f} Mrays/s"),
     ]

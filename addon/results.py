@@ -11,6 +11,9 @@ import numpy as np
 
 from .cost.measured import Measured
 
+TRACING = ("primary", "shadow", "secondary", "shade")
+"""What the threads of a render do: trace rays of each kind, and the rest."""
+
 
 @dataclass
 class Result:
@@ -20,7 +23,7 @@ class Result:
     layer: str
     frame: int
     size: tuple[int, int]  # of the pixels rendered
-    seconds: dict[str, float]  # export, build, trace
+    seconds: dict[str, float]  # export, build, trace, hand_over; of batch runs also write
     build: dict[str, Any]  # as Scene.build gives it
     render: dict[str, Any]  # as Scene.render gives it under "stats"
     notes: list[str]
@@ -32,6 +35,14 @@ class Result:
         """How many rays were traced, of all kinds."""
         return sum(self.render["rays"].values())
 
+    def tracing(self) -> dict[str, float]:
+        """The seconds of "trace" by what its threads did meanwhile; shade is all but the rays."""
+        spent = {name: self.render[f"seconds_{name}"] for name in TRACING}
+        total = sum(spent.values())
+        if total <= 0:
+            return dict.fromkeys(TRACING, 0.0)
+        return {name: self.seconds["trace"] * own / total for name, own in spent.items()}
+
     def rays_per_second(self) -> float:
         return self.rays() / self.seconds["trace"] if self.seconds["trace"] > 0 else 0.0
 
@@ -41,6 +52,7 @@ class Result:
         return {name: getattr(self, name) for name in names} | {
             "rays": self.rays(),
             "rays_per_second": self.rays_per_second(),
+            "tracing": self.tracing(),
         }
 
 

@@ -86,6 +86,8 @@ def _rows(result: results.Result, name: str) -> list[tuple[str, str]]:
         ("build", f"{seconds['build']:.2f} s on {build['threads']} threads"),
         ("trace", f"{seconds['trace']:.2f} s on {render['threads']} threads"),
     ]
+    rows += [(f"  {name}", f"{spent:.2f} s") for name, spent in result.tracing().items()]
+    rows.append(("hand over", f"{seconds['hand_over']:.2f} s"))
     rows += [(f"{kind} rays", f"{render['rays'][kind]:,}") for kind in KINDS]
     rows.append(("all rays", f"{result.rays():,}: {result.rays_per_second() / 1e6:.2f} Mrays/s"))
     rows += [("left out", text) for text in _left_out(render)]

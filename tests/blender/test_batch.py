@@ -65,6 +65,9 @@ def test_render_writes_pictures_and_statistics(main, file, tmp_path):
     ]
     assert not pictures.same(out / "frame_0001.png", out / "frame_0003.png")
     (layer,) = json.loads((out / "statistics_0003.json").read_text())
+    assert list(layer["seconds"]) == ["export", "build", "trace", "hand_over", "write"]
+    assert min(layer["seconds"].values()) > 0
+    assert sum(layer["tracing"].values()) == pytest.approx(layer["seconds"]["trace"])
     assert layer["frame"] == 3 and layer["build"]["triangles"] == 12
     assert layer["render"]["rays"]["primary"] == 64 * 40
 

@@ -201,6 +201,12 @@ def test_the_result_tells_the_last_frame(busy, render, addon):
     assert '"primary": 10240' in addon.results.to_json([result])
     names = dict(addon.panels.numbers(result))
     assert names["Triangles"] == "970" and names["Primary Rays"] == "10,240"
+    tracing = result.tracing()
+    assert list(tracing) == ["primary", "shadow", "secondary", "shade"]
+    assert tracing["primary"] > 0 and tracing["shade"] > 0
+    assert sum(tracing.values()) == pytest.approx(result.seconds["trace"])
+    assert names["    Shadow"] == f"{tracing['shadow']:.3f} s"
+    assert names["Hand Over"] == f"{result.seconds['hand_over']:.3f} s"
 
 
 def test_the_binary_tree_is_kept_only_to_count_on(busy, render, addon):

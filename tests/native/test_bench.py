@@ -263,7 +263,6 @@ class Stream(ctypes.Structure):
         ("directions", ctypes.c_void_p),
         ("t_max", ctypes.c_float),
         ("any_hit", ctypes.c_int),
-        ("is_coherent", ctypes.c_int),
     ]
 
 
