@@ -205,10 +205,13 @@ def _normals(mesh: bpy.types.Mesh, corners: NDArray[np.int32] | None) -> NDArray
 
 def _materials(
     mesh: bpy.types.Mesh, faces: NDArray[np.int32] | None, slots: NDArray[np.uint32]
-) -> NDArray[np.uint32]:
-    """Material of each triangle; a face whose slot does not exist takes the last one."""
+) -> NDArray[np.uint32] | None:
+    """Material of each triangle, None if all have the first; a face whose slot does not exist takes
+    the last one."""
     attribute = mesh.attributes.get("material_index")
     if attribute is None or len(slots) == 1:
+        if slots[0] == 0:
+            return None
         count = len(mesh.polygons) if faces is None else len(faces)
         return np.full(count, slots[0], dtype=np.uint32)
     index = _column(attribute.data, "value", np.int32)

@@ -27,6 +27,8 @@ class Scene:
         if normals is not None:
             assert normals.dtype == np.float32
             assert normals.shape in ((len(positions), 3), (len(triangles), 3, 3))
+        if materials is None:
+            materials = np.zeros(len(triangles), np.uint32)
         assert materials.dtype == np.uint32 and materials.shape == (len(triangles),)
         self.meshes.append(
             SimpleNamespace(
