@@ -56,9 +56,9 @@ FRAME = """\
 
 The scene {scene} ({triangles:,} triangles) at {width} x {height} in Blender {blender}, with all
 threads, by Whittle and by Cycles (CPU) in turns: the same file, samples and bounces ({bounces}),
-sharp lights, no light from diffuse surfaces to others. Medians of {rounds} rounds, in seconds, from
-the start of the render to its end; reading is the time until the build of the BVH begins, writing
-that of the PNG file, as Blender tells it. `docs/make/frame.py` measures this part.
+sharp lights, no light from diffuse surfaces to others. Medians in seconds, from the start of the
+render to its end; reading is the time until the build of the BVH begins, writing that of the PNG
+file, as Blender tells it. `docs/make/frame.py` measures this part.
 
 """
 
@@ -180,7 +180,9 @@ def seconds_table(frame: Record) -> str:
         for phase, name in [*names.items(), ("total", "whole job")]
         if ours[phase] > 0
     ]
-    head = [f"{frame['samples']} samples a pixel", "Whittle", "Cycles", "Cycles / Whittle"]
+    count, rounds = frame["samples"], frame["rounds"]
+    title = f"{count} sample{'s'[: count > 1]} a pixel, {rounds} round{'s'[: rounds > 1]}"
+    head = [title, "Whittle", "Cycles", "Cycles / Whittle"]
     return table(head, 1, rows)
 
 
@@ -206,8 +208,8 @@ def frame_part(found: Record) -> str:
     """Whole frames against Cycles, and the reading of a large mesh."""
     first = found["frames"][0]
     width, height = found["size"]
-    text = FRAME.format(**found | {"width": width, "height": height}, **{
-        key: first[key] for key in ("triangles", "rounds")})  # fmt: skip
+    size = {"width": width, "height": height, "triangles": first["triangles"]}
+    text = FRAME.format(**found | size)
     for frame in found["frames"]:
         text += seconds_table(frame) + "\n" + rays_table(frame) + "\n"
     text += READING.format(triangles=found["reading"][0]["triangles"])

@@ -101,10 +101,16 @@ def clock(program: Path | None) -> float | None:
     return json.loads(found.stdout)["gigahertz"]
 
 
-def frames(path: Path | None, samples: int, rounds: int, program: Path | None) -> dict[str, Any]:
-    """The scene's frame by both engines in turns, with so many samples a pixel."""
+def frames(
+    path: Path | None, size: list[int], samples: int, rounds: int, program: Path | None
+) -> dict[str, Any]:
+    """The scene's frame by both engines in turns, with so many samples a pixel.
+
+    A render of one sample each warms up before; many samples take long and run a round less.
+    """
+    rounds = max(1, rounds - (samples > 1))
     scene = studio.open_scene(path)
-    scene.render.resolution_x, scene.render.resolution_y = SIZE
+    scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
     seconds: dict[str, dict[str, list[float]]] = {name: {} for name in ENGINES}
     clocks, last = [], {}
@@ -114,7 +120,7 @@ def frames(path: Path | None, samples: int, rounds: int, program: Path | None) -
             progress(f"{samples} samples, round {round_} of {rounds}")
             clocks.append(clock(program))
             for name in ENGINES if round_ % 2 else reversed(ENGINES):
-                row = render(scene, name, samples)
+                row = render(scene, name, samples if round_ else 1)
                 last |= {key: row.pop(key) for key in ("stats", "triangles") if key in row}
                 for phase, value in row.items() if round_ else ():  # the first warms up
                     seconds[name].setdefault(phase, []).append(value)
@@ -189,17 +195,19 @@ def main() -> int:
     parser.add_argument("--scene", type=Path, help="a .blend file; default: the demo scene")
     parser.add_argument("--rounds", type=int, default=3, help="of each measurement")
     parser.add_argument("--samples", type=int, nargs="+", default=[1, 16], help="a pixel")
+    parser.add_argument("--size", type=int, nargs=2, default=SIZE, help="width and height")
     parser.add_argument("--program", type=Path, help="the benchmark's, to ask for the clock")
     arguments = parser.parse_args()
     try:
         studio.register()
-        counts, rounds = arguments.samples, arguments.rounds
+        path, size, rounds = arguments.scene, arguments.size, arguments.rounds
+        program = arguments.program
         found = {
             "scene": studio.name_of(arguments.scene),
             "blender": bpy.app.version_string,
             "bounces": BOUNCES,
-            "size": SIZE,
-            "frames": [frames(arguments.scene, n, rounds, arguments.program) for n in counts],
+            "size": size,
+            "frames": [frames(path, size, n, rounds, program) for n in arguments.samples],
             "reading": [reading(corners, rounds) for corners in (4, 3)],
         }
         arguments.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
