@@ -92,6 +92,7 @@ class WHITTLE_RENDER_PT_performance(WhittlePanel, bpy.types.Panel):
         row.enabled = render.threads_mode == "FIXED"
         row.prop(render, "threads")
         layout.prop(context.scene.whittle, "mode")
+        layout.prop(context.scene.whittle, "build_preset")
         layout.prop(context.scene.whittle, "bins")
 
 

@@ -13,6 +13,25 @@ from .heat import colormaps
 # not a value that was quietly changed.
 
 
+BUILD_PRESETS = (
+    ("PREVIEW", "Preview", "8 bins: the fewest seconds to the first picture"),
+    ("STANDARD", "Standard", "16 bins"),
+    ("FINAL", "Final", "64 bins: pays where tens of millions of rays are traced"),
+    ("CUSTOM", "Custom", "Another number of bins"),
+)
+PRESET_BINS = (8, 16, 64)  # of all but the last
+
+
+def _build_preset(settings: "WhittleSettings") -> int:
+    """Which preset has the scene's number of bins: that is all there is to it."""
+    return PRESET_BINS.index(settings.bins) if settings.bins in PRESET_BINS else len(PRESET_BINS)
+
+
+def _set_build_preset(settings: "WhittleSettings", index: int) -> None:
+    if index < len(PRESET_BINS):
+        settings.bins = PRESET_BINS[index]
+
+
 def _changed(settings: "WhittleSettings", context: bpy.types.Context) -> None:
     """Tells the rendered viewports; Blender itself does when a person edits, not when a script."""
     settings.id_data.update_tag()
@@ -89,6 +108,13 @@ class WhittleSettings(bpy.types.PropertyGroup):
             ("SINGLE", "Single Rays", "One ray at a time"),
         ),
         default="FAST",
+    )
+    build_preset: EnumProperty(
+        name="BVH Build",
+        description="How much time the build takes to save rays some. The picture is the same",
+        items=BUILD_PRESETS,
+        get=_build_preset,
+        set=_set_build_preset,
     )
     bins: IntProperty(
         name="Bins",

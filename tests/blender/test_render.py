@@ -280,6 +280,18 @@ def test_settings_survive_disabling_and_enabling(busy, addon):
     assert (found.samples, found.max_depth, found.pattern) == (16, 3, "STRATIFIED")
 
 
+def test_presets_of_the_build_are_numbers_of_bins(busy):
+    settings = busy.whittle
+    assert (settings.build_preset, settings.bins) == ("STANDARD", 16)
+    for preset, bins in (("PREVIEW", 8), ("FINAL", 64), ("CUSTOM", 64), ("STANDARD", 16)):
+        settings.build_preset = preset
+        assert settings.bins == bins
+    settings.bins = 17
+    assert settings.build_preset == "CUSTOM"
+    settings.bins = 64
+    assert settings.build_preset == "FINAL"
+
+
 @pytest.mark.parametrize(
     "name, value",
     [
