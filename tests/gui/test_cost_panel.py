@@ -14,6 +14,7 @@ import bad_scene  # noqa: E402
 
 PARASOL, ROCK = bad_scene.PARASOL, bad_scene.ROCK
 WIDE = 470  # pixels of the sidebar
+EDGES = (0, -2, 2, 6, 9)  # where its edge may be caught, from where it begins
 HEADER = 458  # pixels from the top of the sidebar to the table's, while the others are as at first
 TITLES, FIRST_ROW, ROW = 211, 237, 21  # of the table, so far below that top
 LAST_HEADER, KEEP, MAP = 625, 593, 619  # when scrolled to the end: of Compare and its buttons
@@ -62,9 +63,16 @@ def opened(gui: Gui) -> Steps:
     """The sidebar's tab, wide, with nothing open but the table of cost."""
     yield from gui.show_tab("Whittle")
     tab = gui.region("VIEW_3D", "UI")
-    if tab.width < WIDE:
-        yield from gui.drag((tab.x, tab.y + 300), (tab.x + tab.width - WIDE, tab.y + 300))
-        yield from below(gui, HEADER, modifier="ctrl")
+    if tab.width >= WIDE:
+        return
+    for edge in EDGES:
+        start, end = tab.x + edge, tab.x + tab.width - WIDE + edge
+        yield from gui.drag((start, tab.y + 300), (end, tab.y + 300))
+        yield 0.3
+        if tab.width > 0.9 * WIDE:
+            break
+    assert tab.width > 0.9 * WIDE, f"the sidebar's edge is at {tab.x}, its width {tab.width}"
+    yield from below(gui, HEADER, modifier="ctrl")
 
 
 def below(gui: Gui, height: float, along: float = 0.2, modifier: str = "") -> Steps:

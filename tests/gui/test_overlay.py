@@ -130,8 +130,9 @@ def test_any_engine_any_shading_any_view(gui: Gui):
     yield from stage(gui)
     switch(gui, True)
     data = gui.space().region_3d
+    eevee = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
     for engine, shading, view in (
-        ("BLENDER_EEVEE", "MATERIAL", "ORTHO"),
+        (eevee, "MATERIAL", "ORTHO"),
         ("BLENDER_WORKBENCH", "RENDERED", "PERSP"),
         ("WHITTLE", "WIREFRAME", "PERSP"),
     ):

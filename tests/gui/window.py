@@ -162,7 +162,14 @@ class Gui:
         """Opens the 3D viewport's N-panel at a tab."""
         self.space().show_region_ui = True
         yield from self.redrawn()
-        self.region("VIEW_3D", "UI").active_panel_category = category
+        tabs = "active_panel_category"  # Blender 4 has none before they were drawn
+
+        def drawn() -> bool:
+            self.area("VIEW_3D").tag_redraw()
+            return not self.region("VIEW_3D", "UI").is_property_readonly(tabs)
+
+        yield from self.until(drawn, "the tabs are drawn", timeout=20.0, step=SETTLE)
+        setattr(self.region("VIEW_3D", "UI"), tabs, category)
         yield from self.redrawn()
         yield SETTLE
 
@@ -242,6 +249,8 @@ class Gui:
 def _frame_buffer() -> NDArray[np.float32]:
     x, y, width, height = gpu.state.viewport_get()
     buffer = gpu.state.active_framebuffer_get().read_color(x, y, width, height, 4, 0, "FLOAT")
+    # Of what Blender 4 calls several dimensions numpy reads the red of each pixel only.
+    buffer.dimensions = height * width * 4
     return np.array(buffer, dtype=np.float32).reshape(height, width, 4)
 
 
