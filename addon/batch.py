@@ -247,9 +247,6 @@ def set_format(settings: bpy.types.ImageFormatSettings, kind: str) -> None:
 
 
 def _save_heatmaps(options: argparse.Namespace, frame: int) -> list[str]:
-    if not heat.available():
-        print(f"whittle: no heatmaps drawn: {heat.UNAVAILABLE}", file=sys.stderr, flush=True)
-        return []
     settings = bpy.context.scene.whittle
     top = settings.heat_max if settings.heat_range == "FIXED" else None
     paths = []

@@ -3,7 +3,6 @@
 """Counts per pixel as coloured pictures with a legend."""
 
 from .differences import draw_difference
-from .pictures import UNAVAILABLE, HeatError, draw, show, write
-from .text import available
+from .pictures import HeatError, draw, show, write
 
-__all__ = ["UNAVAILABLE", "HeatError", "available", "draw", "draw_difference", "show", "write"]
+__all__ = ["HeatError", "draw", "draw_difference", "show", "write"]

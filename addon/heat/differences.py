@@ -5,7 +5,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from . import colormaps, legend, text
+from . import colormaps, legend
 from .pictures import NARROWEST, PERCENTILE
 
 
@@ -14,7 +14,7 @@ def draw_difference(
 ) -> NDArray[np.float32]:
     """after - before, counts (h, w) of one size, as a picture (h, w, 3), sRGB in [0, 1], row 0 at
     the bottom: blue where it is less, red where it is more. The ends of the colours are what 99.5 %
-    of the pixels that differ stay below. Blender 4.2 and 4.3 draw it without a legend."""
+    of the pixels that differ stay below."""
     if before.shape != after.shape:
         raise ValueError(f"before is {before.shape} and after {after.shape}: give one size")
     change = after.astype(np.float64) - before
@@ -23,8 +23,6 @@ def draw_difference(
     scale = -(-NARROWEST // change.shape[1])
     picture = colormaps.apply("DIFFERENCE", (change / top + 1) / 2)
     picture = picture.repeat(scale, axis=0).repeat(scale, axis=1)
-    if not text.available():
-        return picture
     less, more = (change < 0).mean(), (change > 0).mean()
     band = legend.Legend(
         title=title,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import colormaps, text
+from .labels import Label
 
 BACKGROUND = 0.11
 INK = 0.93
@@ -37,18 +38,18 @@ def draw(legend: Legend, width: int) -> NDArray[np.float32]:
     ramp = colormaps.apply(legend.colormap, (np.arange(length) + 0.5) / length)
     band[bar, margin : margin + length] = ramp
     labels = [
-        text.Label(legend.title, margin, 3.75 * font, "LEFT"),
-        text.Label(legend.summary, width - margin, 3.75 * font, "RIGHT"),
+        Label(legend.title, margin, 3.75 * font, "LEFT"),
+        Label(legend.summary, width - margin, 3.75 * font, "RIGHT"),
     ]
     for tick in _marks(legend):
         x = margin + round((length - 1) * (tick - legend.low) / (legend.top - legend.low))
         band[bar.start - font // 3 : bar.start, x] = INK
         align = "LEFT" if tick == legend.low else "CENTER"
-        labels.append(text.Label(f"{tick:,g}", x, 0.55 * font, align))
+        labels.append(Label(f"{tick:,g}", x, 0.55 * font, align))
     if legend.low < 0:
-        labels.append(text.Label(f"< {number(legend.low)}", margin, 0.55 * font, "LEFT"))
+        labels.append(Label(f"< {number(legend.low)}", margin, 0.55 * font, "LEFT"))
     if legend.low < 0 or legend.top not in ticks(legend.top):
-        labels.append(text.Label(f"{number(legend.top)}+", width - margin, 0.55 * font, "RIGHT"))
+        labels.append(Label(f"{number(legend.top)}+", width - margin, 0.55 * font, "RIGHT"))
     cover = text.cover(labels, font, width, height)[..., np.newaxis]
     return band * (1.0 - cover) + INK * cover
 

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from .. import passes
 from ..results import Result
-from . import colormaps, legend, text
+from . import colormaps, legend
 
 NARROWEST = 480  # pixels; smaller pictures are enlarged, so that their legend can be read
 PERCENTILE = 99.5
-UNAVAILABLE = "This Blender cannot draw text into images: use 4.5 LTS or newer"
 
 
 class HeatError(RuntimeError):
@@ -27,12 +26,9 @@ def draw(
     """One counter of a result as a picture (h, w, 3), sRGB in [0, 1], row 0 at the bottom.
 
     `source` is the core's name of the pass; `top` the number of the last colour in the legend's
-    unit, by default what 99.5 % of the pixels stay below. HeatError if the render did not count, or
-    text cannot be drawn.
+    unit, by default what 99.5 % of the pixels stay below. HeatError if the render did not count.
     """
     row = next(row for row in passes.COUNTERS if row.source == source)
-    if not text.available():
-        raise HeatError(UNAVAILABLE)
     if source not in result.counters:
         raise HeatError(_not_counted(row, result))
     counts = np.nan_to_num(result.counters[source]) * np.float32(row.scale)

@@ -4,7 +4,6 @@
 
 import os
 import tempfile
-from dataclasses import dataclass
 
 import blf
 import bpy
@@ -12,27 +11,22 @@ import imbuf
 import numpy as np
 from numpy.typing import NDArray
 
+from . import outlines
+from .labels import Label
+
 FONT = 0  # Blender's own
 FINER = 3  # drawn this much larger and averaged: Blender's own edges are hard in a buffer
 
 
-@dataclass(frozen=True)
-class Label:
-    """A line of text at pixel (x, y) of its baseline's left end, middle or right end."""
-
-    text: str
-    x: float
-    y: float
-    align: str  # LEFT, CENTER or RIGHT
-
-
-def available() -> bool:
-    """Whether this Blender can draw text into an image (4.5 and 5.2 can, 4.2 cannot)."""
-    return hasattr(blf, "bind_imbuf")
-
-
 def cover(labels: list[Label], size: int, width: int, height: int) -> NDArray[np.float32]:
     """How much of each pixel the text covers, in [0, 1], (height, width), row 0 at the bottom."""
+    if hasattr(blf, "bind_imbuf"):
+        return _drawn(labels, size, width, height)
+    return outlines.cover(labels, size, width, height)
+
+
+def _drawn(labels: list[Label], size: int, width: int, height: int) -> NDArray[np.float32]:
+    """By Blender's own drawing of text, which 4.5 and newer do into images."""
     buffer = imbuf.new((FINER * width, FINER * height))
     blf.size(FONT, FINER * size)
     blf.color(FONT, 1.0, 1.0, 1.0, 1.0)

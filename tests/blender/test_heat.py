@@ -6,8 +6,6 @@ import bpy
 import numpy as np
 import pytest
 
-pytestmark = pytest.mark.skipif(bpy.app.version < (4, 5), reason="needs text in image buffers")
-
 
 @pytest.fixture
 def result(addon):
@@ -172,3 +170,46 @@ def test_the_button_makes_an_image_of_each_counter(addon, result, scene):
     assert bpy.ops.whittle.heatmaps() == {"FINISHED"}
     names = {image.name for image in bpy.data.images if image.name.startswith("Whittle ")}
     assert names == {"Whittle Nodes", "Whittle Triangles Shadow"}
+
+
+# ---- Text ----
+
+WORDS = ("Nodes visited per pixel", "mean 35.21   highest 1,204", "437+")
+
+
+def labels(dx=0.0):
+    from addon.heat.labels import Label
+
+    places = ((20 + dx, 60, "LEFT"), (380 + dx, 35, "RIGHT"), (200 + dx, 5, "CENTER"))
+    return [Label(words, *place) for words, place in zip(WORDS, places, strict=True)]
+
+
+def spans(cover):
+    """First and last column with ink in each third, from the bottom."""
+    thirds = np.split(cover, 3)
+    return np.array([np.flatnonzero(third.max(axis=0) > 0.3)[[0, -1]] for third in thirds])
+
+
+def test_text_stands_where_it_should(addon):
+    from addon.heat import outlines, text
+
+    for cover in (text.cover, outlines.cover):
+        ink = cover(labels(), 16, 400, 84)
+        assert ink.shape == (84, 400) and ink.dtype == np.float32
+        assert 0 <= ink.min() and 0.9 < ink.max() <= 1 + 1e-6 and 0.02 < ink.mean() < 0.2
+        middle, right, left = spans(ink)
+        assert abs(left[0] - 20) <= 3 and abs(right[1] - 380) <= 3 and abs(middle.mean() - 200) <= 2
+        assert not np.array_equal(spans(cover(labels(9.0), 16, 400, 84)), spans(ink))
+        rows = np.flatnonzero(cover([labels()[2]], 16, 400, 84).max(axis=1) > 0.5)
+        assert abs(len(rows) - 0.72 * 16) <= 2.5, "digits are as high as the font's size asks for"
+
+
+def test_text_leaves_nothing_behind(addon):
+    from addon.heat import outlines
+
+    def held():
+        return [len(getattr(bpy.data, name)) for name in ("curves", "objects", "meshes")]
+
+    before = held()
+    outlines.cover(labels(), 16, 400, 84)
+    assert held() == before
