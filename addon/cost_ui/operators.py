@@ -99,48 +99,43 @@ def standing_for(layer: bpy.types.ViewLayer, kind: str, name: str) -> list[bpy.t
     ]
 
 
-class WHITTLE_OT_count(bpy.types.Operator):
+class Counting:
+    """An operator that switches on what costs are made of, and renders."""
+
+    bl_options = {"REGISTER", "UNDO"}
+    judges = False  # trees of objects too
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if context.engine != "WHITTLE":
+            cls.poll_message_set("Choose Whittle as the render engine first")
+            return False
+        if context.scene.camera is None:
+            cls.poll_message_set("Add a camera first")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        settings = context.scene.whittle
+        settings.use_counters = True
+        settings.use_own_trees |= self.judges
+        return _render(self)
+
+
+class WHITTLE_OT_count(Counting, bpy.types.Operator):
     """Switch on Count Rays' Work, and render: the table is filled then"""
 
     bl_idname = "whittle.count"
     bl_label = "Count and Render"
-    bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return _can_render(cls, context)
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        context.scene.whittle.use_counters = True
-        return _render(self)
 
 
-class WHITTLE_OT_measure_overlap(bpy.types.Operator):
+class WHITTLE_OT_measure_overlap(Counting, bpy.types.Operator):
     """Switch on Judge Objects, and render again: measures how much objects overlap (EPO), and what
     a BVH of its own would cost each of them"""
 
     bl_idname = "whittle.measure_overlap"
     bl_label = "Measure Overlap"
-    bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return _can_render(cls, context)
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        settings = context.scene.whittle
-        settings.use_counters = settings.use_own_trees = True
-        return _render(self)
-
-
-def _can_render(cls: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
-    if context.engine != "WHITTLE":
-        cls.poll_message_set("Choose Whittle as the render engine first")
-        return False
-    if context.scene.camera is None:
-        cls.poll_message_set("Add a camera first")
-        return False
-    return True
+    judges = True
 
 
 def _render(operator: bpy.types.Operator) -> set[str]:

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The heatmap's presets: those of the folder beside this file, and the user's own."""
 
-from pathlib import Path
-
 import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
+
+from .. import presets
 
 FOLDER = "whittle_overlay"
 NAMES = ("metric", "kinds", "node_weight", "triangle_weight", "colormap", "range", "low", "high")
@@ -32,17 +32,4 @@ class WHITTLE_OT_overlay_preset_add(AddPresetBase, bpy.types.Operator):
 
 CLASSES = (WHITTLE_VIEW_PT_presets, WHITTLE_OT_overlay_preset_add)
 
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-    # Blender 4.2 shows only the user's own.
-    if hasattr(bpy.utils, "register_preset_path"):
-        bpy.utils.register_preset_path(str(Path(__file__).parent))
-
-
-def unregister() -> None:
-    if hasattr(bpy.utils, "unregister_preset_path"):
-        bpy.utils.unregister_preset_path(str(Path(__file__).parent))
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = presets.menu(CLASSES, __file__)

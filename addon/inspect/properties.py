@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the overlays show: settings kept in each scene, and switches of the session."""
 
+from functools import partial
 from typing import Any
 
 import bpy
@@ -37,64 +38,65 @@ def redraw(owner: Any = None, context: Any = None) -> None:
                 area.tag_redraw()
 
 
+# Whatever is set is seen at once.
+Bool, Enum, Float, Int = (
+    partial(kind, update=redraw)
+    for kind in (BoolProperty, EnumProperty, FloatProperty, IntProperty)
+)
+Switch = partial(Bool, default=False, options={"SKIP_SAVE"})
+
+
 class WhittleOverlay(bpy.types.PropertyGroup):
     """Settings of the overlays, kept in each scene as ``scene.whittle_overlay``."""
 
-    metric: EnumProperty(
+    metric: Enum(
         name="Metric",
         description="What the colours stand for",
         items=METRIC_ITEMS,
         default="NODES",
-        update=redraw,
     )
-    kinds: EnumProperty(
+    kinds: Enum(
         name="Rays",
         description="The kinds of rays whose work is counted",
         items=KIND_ITEMS,
         default=set(KINDS),
         options={"ENUM_FLAG"},
-        update=redraw,
     )
-    node_weight: FloatProperty(
+    node_weight: Float(
         name="Node",
         description="What a visit to a BVH node counts",
         default=1.0,
         min=0.0,
         soft_max=10.0,
-        update=redraw,
     )
-    triangle_weight: FloatProperty(
+    triangle_weight: Float(
         name="Triangle",
         description="What a test of a triangle counts",
         default=1.0,
         min=0.0,
         soft_max=10.0,
-        update=redraw,
     )
-    samples: EnumProperty(
+    samples: Enum(
         name="Samples",
         description="Primary rays for each pixel; their work adds up",
         items=tuple((str(n), str(n), f"{n} for each pixel") for n in (1, 4, 9, 16)),
         default="1",
-        update=redraw,
     )
-    colormap: EnumProperty(
+    colormap: Enum(
         name="Colours",
         description="The colours from low to high",
         items=colormaps.ITEMS,
         default="VIRIDIS",
-        update=redraw,
     )
-    opacity: FloatProperty(
+    opacity: Float(
         name="Opacity",
         description="How much of the viewport the heatmap covers; 1 shows the colours exactly",
         default=0.85,
         min=0.0,
         max=1.0,
         subtype="FACTOR",
-        update=redraw,
     )
-    range: EnumProperty(
+    range: Enum(
         name="Range",
         description="The values that the colours span",
         items=(
@@ -102,58 +104,50 @@ class WhittleOverlay(bpy.types.PropertyGroup):
             ("FIXED", "Fixed", "Between two numbers, so that views and scenes can be compared"),
         ),
         default="AUTO",
-        update=redraw,
     )
-    low: FloatProperty(
+    low: Float(
         name="Lowest",
         description="The value of the first colour, with a fixed range",
         default=0.0,
-        update=redraw,
     )
-    high: FloatProperty(
+    high: Float(
         name="Highest",
         description="The value of the last colour, with a fixed range",
         default=100.0,
-        update=redraw,
     )
-    show_legend: BoolProperty(
+    show_legend: Bool(
         name="Legend",
         description="Show what the colours mean, with numbers",
         default=True,
-        update=redraw,
     )
-    show_histogram: BoolProperty(
+    show_histogram: Bool(
         name="Histogram",
         description="Show in the legend how many pixels have each colour (by its square root)",
         default=True,
-        update=redraw,
     )
-    automatic: BoolProperty(
+    automatic: Bool(
         name="Automatic Update",
         description=(
             "Read the scene again shortly after it changes, "
             "unless reading it makes the window wait for more than half a second"
         ),
         default=True,
-        update=redraw,
     )
-    box_depth_min: IntProperty(
+    box_depth_min: Int(
         name="From Depth",
         description="Boxes nearer to the root of the BVH are not drawn; 0 is the root",
         default=0,
         min=0,
         soft_max=40,
-        update=redraw,
     )
-    box_depth_max: IntProperty(
+    box_depth_max: Int(
         name="To Depth",
         description="Boxes farther from the root of the BVH are not drawn",
         default=8,
         min=0,
         soft_max=40,
-        update=redraw,
     )
-    box_color: EnumProperty(
+    box_color: Enum(
         name="Colour By",
         description="What the colours of boxes stand for",
         items=(
@@ -167,67 +161,57 @@ class WhittleOverlay(bpy.types.PropertyGroup):
             ("LEAF", "Leaf Size", "How many triangles the leaf holds; only leaves are drawn"),
         ),
         default="DEPTH",
-        update=redraw,
     )
-    box_colormap: EnumProperty(
+    box_colormap: Enum(
         name="Colours",
         description="The colours of boxes from low to high",
         items=colormaps.ITEMS,
         default="TURBO",
-        update=redraw,
     )
-    box_leaves: BoolProperty(
+    box_leaves: Bool(
         name="Only Leaves",
         description="Draw only the boxes that hold triangles",
         default=False,
-        update=redraw,
     )
-    box_selected: BoolProperty(
+    box_selected: Bool(
         name="Only Selected Objects",
         description="Draw only the boxes that hold triangles of a single, selected object",
         default=False,
-        update=redraw,
     )
-    box_probed: BoolProperty(
+    box_probed: Bool(
         name="Only Visited by the Ray",
         description="Draw only the boxes that the probe's active ray visited",
         default=False,
-        update=redraw,
     )
-    box_limit: IntProperty(
+    box_limit: Int(
         name="At Most",
         description="Boxes drawn at once, twelve lines each; those nearest to the root come first",
         default=20_000,
         min=1,
         soft_max=200_000,
-        update=redraw,
     )
-    box_opacity: FloatProperty(
+    box_opacity: Float(
         name="Opacity",
         description="How much the lines of boxes cover what lies behind",
         default=0.8,
         min=0.0,
         max=1.0,
         subtype="FACTOR",
-        update=redraw,
     )
-    box_in_front: BoolProperty(
+    box_in_front: Bool(
         name="In Front",
         description="Draw boxes over the objects, not hidden by them",
         default=True,
-        update=redraw,
     )
-    probe_all: BoolProperty(
+    probe_all: Bool(
         name="All Rays",
         description="Draw all rays of the pixel, not only the active one",
         default=True,
-        update=redraw,
     )
-    probe_triangles: BoolProperty(
+    probe_triangles: Bool(
         name="Tested Triangles",
         description="Fill the triangles that the active ray was tested against",
         default=True,
-        update=redraw,
     )
 
 
@@ -243,26 +227,17 @@ class WhittleRay(bpy.types.PropertyGroup):
 class WhittleSession(bpy.types.PropertyGroup):
     """What is switched on, until Blender ends: ``window_manager.whittle``."""
 
-    show_heat: BoolProperty(
+    show_heat: Switch(
         name="Heatmap",
         description="Colour 3D viewports by the work that rays through their pixels make",
-        default=False,
-        options={"SKIP_SAVE"},
-        update=redraw,
     )
-    show_boxes: BoolProperty(
+    show_boxes: Switch(
         name="BVH Boxes",
         description="Draw the boxes of the BVH in 3D viewports",
-        default=False,
-        options={"SKIP_SAVE"},
-        update=redraw,
     )
-    show_probe: BoolProperty(
+    show_probe: Switch(
         name="Pixel Probe",
         description="Draw the rays of the pixel that was probed last",
-        default=False,
-        options={"SKIP_SAVE"},
-        update=redraw,
     )
     rays: CollectionProperty(
         type=WhittleRay,
