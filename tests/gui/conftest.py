@@ -4,17 +4,21 @@
 
 BLENDER_WINDOW holds the command that opens the window: a program on a display, or a wrapper that
 makes one. It is called in the project's folder, with paths relative to it. Without it nothing runs.
+BLENDER_WINDOW_SECONDS limits the time that all of them take together; a Blender that hangs is ended
+in any case.
 """
 
 from __future__ import annotations
 
 import ast
+import contextlib
 import json
 import os
 import shlex
 import shutil
 import signal
 import subprocess
+import time
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -25,7 +29,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 OUT = ROOT / "build" / "gui"
 START, EACH = 120, 310  # seconds: for Blender to start, and for each test
+GRACE = 20  # seconds from the request to end until the end
 WINDOW = ("--window-geometry", "0", "0", "1280", "800")
+LIMIT = "BLENDER_WINDOW_SECONDS"
+BEGAN = time.monotonic()
 NOT_RUN = "NOT RUN: no Blender with a window: make gui-test BLENDER=path"
 
 
@@ -91,7 +98,10 @@ def run_blender(test_file: Path, names: list[str]) -> dict[str, Any]:
     paths = [str(path.relative_to(ROOT)) for path in words]
     command = [*shlex.split(os.environ["BLENDER_WINDOW"]), *WINDOW]
     command += ["--python", "tests/gui/inside.py", "--", *paths, *names]
-    code, output = call(command, START + EACH * len(names), folder / "profile")
+    seconds = min(START + EACH * len(names), time_left())
+    if seconds <= 0:
+        return {"tests": {}, "error": f"no time is left of {LIMIT}"}
+    code, output = call(command, seconds, folder / "profile")
     (folder / "output.txt").write_text(output, encoding="utf-8")
     shutil.rmtree(folder / "profile", ignore_errors=True)
     file = folder / "report.json"
@@ -99,6 +109,11 @@ def run_blender(test_file: Path, names: list[str]) -> dict[str, Any]:
     end = "\n".join(output.splitlines()[-40:])
     report.setdefault("error", f"exit code {code}; the last lines of its output:\n{end}")
     return report
+
+
+def time_left() -> float:
+    """Seconds that all windows may still take."""
+    return float(os.environ.get(LIMIT, "inf")) - (time.monotonic() - BEGAN)
 
 
 def extension() -> Path:
@@ -126,7 +141,23 @@ def call(command: list[str], seconds: float, profile: Path) -> tuple[int, str]:
     try:
         output, _ = child.communicate(timeout=seconds)
     except subprocess.TimeoutExpired:
-        os.killpg(child.pid, signal.SIGTERM)
-        output, _ = child.communicate()
-        output += f"\nended after {seconds:.0f} s\n"
+        output = stop(child) + f"\nended after {seconds:.0f} s\n"
+    except BaseException:  # pytest itself is asked to end
+        stop(child)
+        raise
     return child.returncode, output
+
+
+def stop(child: subprocess.Popen) -> str:
+    """Ends a command with its children, by force if need be; what it had said."""
+    for request in (signal.SIGTERM, signal.SIGKILL):
+        with contextlib.suppress(ProcessLookupError, subprocess.TimeoutExpired):
+            os.killpg(child.pid, request)
+            return child.communicate(timeout=GRACE)[0]
+    return "it does not end, or a child of it does not"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """A request to end ends the window too, which is in no group of ours."""
+    if os.environ.get("BLENDER_WINDOW"):
+        signal.signal(signal.SIGTERM, lambda *_: pytest.exit("ended by a signal", 143))
