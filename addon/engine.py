@@ -12,7 +12,7 @@ from .export import camera, scene
 from .faults import RenderError
 from .notes import Notes
 from .progress import Progress
-from .viewport import picture, pulse
+from .viewport import picture, pulse, source
 from .viewport.session import Session
 
 LONGEST_WAIT = 0.05  # between two looks at a running job, in seconds
@@ -74,22 +74,19 @@ def render_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph)
     region = camera.region(frame.render, size)
     view = _camera_object(engine, frame)
     _check_supported(frame, region)
-    notes, progress = Notes(), Progress(engine)
+    notes, progress, clock = Notes(), Progress(engine), Clock()
     table = passes.wanted(frame, depsgraph.view_layer_eval)
-    clock = Clock()
     try:
         export = scene.Export(core, depsgraph, notes, lambda done: progress.report("export", done))
         shot = camera.export(depsgraph, view, size, region, notes)
         clock.lap("export")
         build = _build(export, frame, progress)
         clock.lap("build")
-        settings = properties.core_settings(frame, [row.source for row in table])
-        settings["cost"] = frame.whittle.use_counters
+        settings = _settings(frame, table)
         image = _trace(export.scene, shot, settings, progress)
         clock.lap("trace")
-        measured = None
-        if settings["cost"]:
-            measured = _judge(export, frame, shot, settings, image["cost"], progress)
+        measured = _judge(export, frame, shot, settings, image, progress)
+        if measured is not None:
             clock.lap("judge")
     except core.Cancelled:
         return  # Esc: Blender knows, and keeps no picture
@@ -136,22 +133,30 @@ def _build(export: scene.Export, frame: bpy.types.Scene, progress: Progress) -> 
     return stats
 
 
+def _settings(frame: bpy.types.Scene, table: list[passes.Pass]) -> dict[str, Any]:
+    asked = properties.core_settings(frame, [row.source for row in table])
+    return asked | {"cost": frame.whittle.use_counters}
+
+
 def _judge(
     export: scene.Export,
     frame: bpy.types.Scene,
     shot: dict[str, Any],
     settings: dict[str, Any],
-    counted: dict[str, Any],
+    image: dict[str, Any],
     progress: Progress,
-) -> cost.Measured:
-    """What the table of cost needs of the native scene, which ends with the render."""
+) -> cost.Measured | None:
+    """What the table of cost needs of the native scene, which ends with the render; None: nobody
+    asked for it."""
+    if not settings["cost"]:
+        return None
     names = cost.Names([place.object for place in export.meshes.places], export.materials.names)
     return cost.collect(
         export.scene,
         names,
         shot,
         settings,
-        counted,
+        image["cost"],
         frame.whittle.use_own_trees,
         lambda done: progress.report("judge", done),
     )
@@ -223,6 +228,7 @@ def _keep(engine: bpy.types.RenderEngine, result: results.Result) -> None:
 
 
 def register() -> None:
+    source.register()
     bpy.utils.register_class(WhittleEngine)
 
 
@@ -230,3 +236,4 @@ def unregister() -> None:
     pulse.unregister()
     picture.forget()
     bpy.utils.unregister_class(WhittleEngine)
+    source.unregister()

@@ -48,12 +48,12 @@ def wanted(context: bpy.types.Context) -> boxes.Filter:
 def paint(context: bpy.types.Context) -> None:
     """Draws the boxes that are asked for."""
     global _key, _batch, shown
-    if source.shared.scene is None:
+    shared, settings = source.shared, context.scene.whittle_overlay
+    if shared.scene is None and not shared.building:
         return
-    settings = context.scene.whittle_overlay
     ask = wanted(context)
-    key = (source.shared.generation, ask, settings.box_colormap, settings.box_opacity)
-    if key != _key:
+    key = (shared.generation, ask, settings.box_colormap, settings.box_opacity)
+    if key != _key and shared.scene is not None:
         grown = of_source()
         shown = boxes.choose(grown, ask)
         points = tree.corners(grown, shown.chosen).reshape(-1, 3)
@@ -67,7 +67,7 @@ def paint(context: bpy.types.Context) -> None:
 
 def explain(settings: WhittleOverlay) -> legend.Legend | None:
     """What the boxes' colours mean, and how many are drawn."""
-    if shown is None or source.shared.scene is None:
+    if shown is None or (source.shared.scene is None and not source.shared.building):
         return None
     cut = shown.asked > len(shown.chosen)
     return legend.Legend(

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which boxes of the BVH are drawn, and in which colours."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,11 +93,11 @@ def colors(drawing: Drawing, colormap: str, opacity: float) -> NDArray[np.float3
     return np.repeat(made, 8, axis=0)
 
 
-def instances_of(places: list[Place], names: set[str]) -> frozenset[int]:
+def instances_of(places: Mapping[int, Place], names: set[str]) -> frozenset[int]:
     """The instances that show these objects, or were placed by them."""
     return frozenset(
         index
-        for index, place in enumerate(places)
+        for index, place in places.items()
         if place.object in names or place.instancer in names
     )
 

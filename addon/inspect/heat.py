@@ -100,6 +100,14 @@ class Heat:
             self._dying.append(self._job)
         self._job = self._traced = None
 
+    def stop(self) -> None:
+        """Stops all jobs and waits for their end, so that the scene may be changed; step() starts
+        again."""
+        self.cancel()
+        while any(not job.poll()[1] for job in self._dying):  # soon: threads look after each tile
+            time.sleep(0.0002)
+        self._dying.clear()
+
     def clear(self) -> None:
         """Forgets the picture and what was wanted."""
         self.cancel()

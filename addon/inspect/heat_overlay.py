@@ -59,14 +59,14 @@ def span(settings: properties.WhittleOverlay, picture: Picture) -> tuple[float, 
     return (0.0, picture.top)
 
 
-def staleness(scene: source.Source) -> str:
+def staleness(scene: source.Shared) -> str:
     """What to say of a picture whose scene has changed; "": nothing."""
     if scene.building:
         return f"The scene changed: building the BVH, {scene.progress:.0%}"
     return "The scene has changed since: press Update" if scene.stale else ""
 
 
-def _waiting(scene: source.Source) -> str:
+def _waiting(scene: source.Shared) -> str:
     if scene.scene is not None:
         return "Tracing the first picture"
     return f"Building the BVH, {scene.progress:.0%}" if scene.building else "Reading the scene"
@@ -76,12 +76,13 @@ def _explain(settings: properties.WhittleOverlay, picture: Picture) -> legend.Le
     row, low_high = picture.want.choice.row, span(settings, picture)
     samples = dict(picture.want.settings)["samples"]
     coarse = f"1/{picture.divisor} resolution" if picture.divisor > 1 else "full resolution"
+    many = f"{samples} samples a pixel   " if samples > 1 else ""
     return legend.Legend(
         title=f"{row.unit[0].upper()}{row.unit[1:]}, {picture.want.choice.kinds_text()}",
         lines=(
             f"mean {legend.number(picture.mean)}   95 % below {legend.number(picture.p95)}"
             f"   highest {legend.number(picture.highest)}",
-            (f"{samples} samples a pixel   " if samples > 1 else "") + coarse,
+            many + coarse + (", trees by object" if source.shared.by_instance else ""),
         ),
         warning=staleness(source.shared),
         colormap=settings.colormap,

@@ -9,14 +9,14 @@ from . import overlay, properties, source
 
 
 class WHITTLE_OT_update(bpy.types.Operator):
-    """Read the scene as it is now, and build its BVH anew"""
+    """Read the scene as it is now, and build the BVH that a render of it has"""
 
     bl_idname = "whittle.update"
     bl_label = "Update"
     bl_options = {"INTERNAL"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        source.shared.read(context.evaluated_depsgraph_get())
+        source.shared.read(context.evaluated_depsgraph_get(), whole=True)
         if source.shared.error:
             self.report({"ERROR"}, f"Whittle: {source.shared.error}")
             return {"CANCELLED"}

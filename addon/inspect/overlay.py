@@ -17,6 +17,7 @@ viewports: dict[int, HeatOverlay] = {}
 """Those that were drawn, by the address of their region."""
 
 _handles: list[Any] = []
+_seen: tuple[int, str] = (0, "")  # generation and error of the scene, when the timer last looked
 
 
 def active(context: bpy.types.Context) -> bool:
@@ -110,11 +111,11 @@ def _tick() -> float | None:
     regions = _regions()
     for address in [key for key in viewports if key not in regions]:
         viewports.pop(address).heat.cancel()
-    busy = waiting = False
-    changed = source.shared.poll()
+    source.shared.poll()
+    waiting = any([_read(regions[address][1]) for address in viewports])
+    changed, busy = _new_scene(), False
     for address, entry in viewports.items():
-        area, window = regions[address]
-        waiting |= _read(window)
+        area = regions[address][0]
         if not bpy.context.window_manager.whittle.show_heat:
             entry.heat.clear()
         fresh = source.shared.scene is not None and entry.heat.step(source.shared.scene)
@@ -124,6 +125,13 @@ def _tick() -> float | None:
     if busy or source.shared.building:
         return TICK
     return IDLE if waiting else None
+
+
+def _new_scene() -> bool:
+    """Whether the scene has become another one, or has failed, since this was asked last."""
+    global _seen
+    before, _seen = _seen, (source.shared.generation, source.shared.error)
+    return before != _seen
 
 
 def _regions() -> dict[int, tuple[bpy.types.Area, bpy.types.Window]]:
@@ -145,7 +153,7 @@ def _read(window: bpy.types.Window) -> bool:
     if shared.wants_reading((scene.name, window.view_layer.name), automatic):
         with bpy.context.temp_override(window=window):
             shared.read(bpy.context.evaluated_depsgraph_get())
-    return shared.stale and automatic and shared.seconds_read <= source.QUICK
+    return shared.stale and automatic and shared.quick
 
 
 def _let_go() -> None:
@@ -154,7 +162,13 @@ def _let_go() -> None:
     viewports.clear()
 
 
+def _stop_tracing() -> None:
+    for entry in viewports.values():
+        entry.heat.stop()
+
+
 def register() -> None:
+    source.shared.busy.append(_stop_tracing)
     add = bpy.types.SpaceView3D.draw_handler_add
     _handles.append(add(draw_world, (), "WINDOW", "POST_VIEW"))
     _handles.append(add(draw_legends, (), "WINDOW", "POST_PIXEL"))
@@ -166,6 +180,7 @@ def unregister() -> None:
     while _handles:
         bpy.types.SpaceView3D.draw_handler_remove(_handles.pop(), "WINDOW")
     _let_go()
+    source.shared.busy.remove(_stop_tracing)
     box_overlay.forget()
     probe_overlay.forget()
     draw.forget()

@@ -45,6 +45,8 @@ class WHITTLE_VIEW_PT_scene(ViewportPanel, bpy.types.Panel):
         if shared.scene is not None:
             build = shared.build
             layout.label(text=f"{build['triangles']:,} triangles, {build['nodes']:,} nodes")
+        if shared.scene is not None and shared.by_instance:
+            wrapped(layout, "A tree for each object, as Rendered shading has it", icon="INFO")
         if shared.stale:
             layout.label(text="The scene has changed since", icon="INFO")
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..export.meshes import Place
-from .source import Source
+from .source import Shared
 
 SHARED = "shared"
 """What nodes are charged to that hold triangles of several objects."""
@@ -71,7 +71,7 @@ class Probe:
 
 
 def take(
-    source: Source, camera: Mapping[str, Any], settings: Mapping[str, Any], pixel: tuple[int, int]
+    source: Shared, camera: Mapping[str, Any], settings: Mapping[str, Any], pixel: tuple[int, int]
 ) -> Probe:
     """Traces one pixel of a picture as a render at these settings does, and keeps every step."""
     found = source.scene.probe(camera, settings, *pixel)
@@ -104,7 +104,7 @@ def _descent(parents: list[int]) -> tuple[list[int], list[int]]:
 class _World:
     """Turns the core's indices into names and world positions."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Shared) -> None:
         self._source = source
         self._owner = source.scene.owners()["instance"]
         leaves = source.scene.triangles()

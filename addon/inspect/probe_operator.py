@@ -67,8 +67,7 @@ class WHITTLE_OT_probe(bpy.types.Operator):
             return {"PASS_THROUGH"}  # a button, perhaps
         at = (event.mouse_x - region.x, event.mouse_y - region.y)
         self._target = aim(context, area, region, at)
-        if source.shared.scene is None or source.shared.stale:
-            source.shared.read(context.evaluated_depsgraph_get())
+        if _prepare(context, whole=area.type == "IMAGE_EDITOR"):
             context.workspace.status_text_set(WAIT)
             self._timer = context.window_manager.event_timer_add(0.05, window=context.window)
         return self._finish(context)
@@ -93,6 +92,17 @@ class WHITTLE_OT_probe(bpy.types.Operator):
         context.window.cursor_modal_restore()
         context.workspace.status_text_set(None)
         return {how}
+
+
+def _prepare(context: bpy.types.Context, whole: bool) -> bool:
+    """Sees that the scene at hand is what is clicked, with a render's tree if `whole`; whether it
+    must be waited for."""
+    shared = source.shared
+    missing = shared.scene is None and not shared.building
+    other = shared.subject != (context.scene.name, context.view_layer.name)
+    if missing or other or shared.stale or (whole and shared.by_instance):
+        shared.read(context.evaluated_depsgraph_get(), whole=whole)
+    return shared.building
 
 
 def under(

@@ -7,7 +7,8 @@ from typing import Any
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
+
+from ..viewport import camera
 
 
 @dataclass(frozen=True)
@@ -21,39 +22,24 @@ class View:
 
     def camera(self, divisor: int = 1) -> dict[str, Any]:
         """The camera argument of Scene.render, at the size divided by the divisor."""
-        to_world = np.linalg.inv(np.array(self.view).reshape(4, 4))
-        projection = np.array(self.window).reshape(4, 4)
-        near, far = self.clip
-        if not projection[3, :3].any():
-            near, far = self._flatten(to_world, projection)
+        matrices = (np.reshape(matrix, (4, 4)) for matrix in (self.view, self.window))
+        eye = camera.eye_of(*matrices, self.clip)
         width, height = (max(1, -(-pixels // divisor)) for pixels in self.size)
         return {
-            "to_world": to_world,
-            "projection": projection,
+            "to_world": eye.to_world,
+            "projection": eye.projection,
             "width": width,
             "height": height,
-            "clip_start": near,
-            "clip_end": far,
+            "clip_start": eye.clip[0],
+            "clip_end": eye.clip[1],
         }
-
-    @staticmethod
-    def _flatten(to_world: NDArray[np.float64], projection: NDArray[np.float64]) -> tuple:
-        """Moves an orthographic view to its near plane, which lies behind it in a viewport."""
-        scale, offset = projection[2, 2:]
-        near, far = (offset + 1.0) / scale, (offset - 1.0) / scale
-        to_world[:3, 3] -= near * to_world[:3, 2]
-        return 0.0, far - near
 
 
 def of_region(
     region: bpy.types.Region, space: bpy.types.SpaceView3D, data: bpy.types.RegionView3D
 ) -> View:
     """What one region of a 3D viewport shows now."""
-    clip = (space.clip_start, space.clip_end)
-    if data.view_perspective == "CAMERA" and space.camera is not None:
-        lens = space.camera.data
-        if space.camera.type == "CAMERA":
-            clip = (lens.clip_start, lens.clip_end)
+    clip = camera.clip(space, data)
     return View(_flat(data.view_matrix), _flat(data.window_matrix), _size(region), clip)
 
 

@@ -8,7 +8,7 @@ from math import ceil, floor
 import bpy
 import numpy as np
 from bpy_extras.view3d_utils import location_3d_to_region_2d
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .tracer import Region
 
@@ -26,17 +26,27 @@ class Eye:
 
 def eye(space: bpy.types.SpaceView3D, view: bpy.types.RegionView3D) -> Eye:
     """The camera of a region, with its zoom and offset where it looks through a camera object."""
-    to_world = np.array(view.view_matrix.inverted(), dtype=np.float64)
-    projection = np.array(view.window_matrix, dtype=np.float64)
+    return eye_of(view.view_matrix, view.window_matrix, clip(space, view))
+
+
+def clip(space: bpy.types.SpaceView3D, view: bpy.types.RegionView3D) -> tuple[float, float]:
+    """The depths that a region shows in perspective."""
+    camera = space.camera if view.view_perspective == "CAMERA" else None
+    lens = space if camera is None or camera.type != "CAMERA" else camera.data
+    return (lens.clip_start, lens.clip_end)
+
+
+def eye_of(view: ArrayLike, window: ArrayLike, clip: tuple[float, float]) -> Eye:
+    """The camera of a region's view and window matrix (4, 4); `clip` as of perspective."""
+    to_world = np.linalg.inv(np.array(view, dtype=np.float64))
+    projection = np.array(window, dtype=np.float64)
     if projection[3, 3] == 0.0:
-        camera = space.camera if view.view_perspective == "CAMERA" else None
-        lens = space if camera is None or camera.type != "CAMERA" else camera.data
-        return Eye(to_world, projection, (lens.clip_start, lens.clip_end))
+        return Eye(to_world, projection, clip)
     # An orthographic view may begin behind its own place: it steps back to where it begins.
-    scale, shift = projection[2, 2], projection[2, 3]
+    scale, shift = projection[2, 2:]
     start, end = sorted(((1.0 + shift) / scale, (shift - 1.0) / scale))
     if start < 0.0:
-        to_world = to_world @ _translation(0.0, 0.0, -start)
+        to_world[:3, 3] -= start * to_world[:3, 2]
         start, end = 0.0, end - start
     return Eye(to_world, projection, (start, end))
 
@@ -87,9 +97,3 @@ def camera_frame(
         return None
     xs, ys = [point.x for point in points], [point.y for point in points]
     return (min(xs), min(ys), max(xs), max(ys))
-
-
-def _translation(x: float, y: float, z: float) -> NDArray[np.float64]:
-    matrix = np.eye(4)
-    matrix[:3, 3] = x, y, z
-    return matrix

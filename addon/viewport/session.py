@@ -11,13 +11,13 @@ from typing import Any
 
 import bpy
 
-from .. import faults, native, properties
-from ..export.live import Change, Live
+from .. import faults, properties
 from ..export.scene import Instance
 from . import camera, pulse
-from .builder import Build
+from . import source as sources
 from .levels import Level
 from .picture import Picture
+from .source import Source
 from .tracer import Image, Tracer, View
 
 PATIENCE = 0.09
@@ -39,31 +39,34 @@ class Frame:
 class Session:
     """What a viewport's engine keeps between redraws. All of it runs on Blender's main thread."""
 
+    edits = True  # what an edit shows must follow soon
+    counts = False
+
     def __init__(self, engine: bpy.types.RenderEngine) -> None:
         self._engine = weakref.ref(engine)
-        self._live: Live | None = None
+        self.source: Source | None = None
+        """The scene, shared with what else looks at its view layer."""
         self._tracer, self._picture = Tracer(), Picture()
-        self._build: Build | None = None
-        self._changed = True  # the depsgraph, since it was last synced
         self._announced = False  # that the scene is about to be read
         self._local = (False, False)
-        self._built = False
-        self._state = 0  # counts what View.scene tells apart
+        self._seen: tuple[int, str] = (0, "")  # generation and error that were last drawn
         self._shown: Image | None = None
         self._error: str | None = None
         self._failed: View | None = None  # what the error came of
         self._text, self._next_text = "", 0.0
-        self.build_stats: dict[str, Any] = {}
-        """Of the last build, as Scene.build gives them."""
         self.frames: deque[Frame] = deque(maxlen=512)
         """The images shown, newest last."""
         pulse.add(self)
 
+    @property
+    def build_stats(self) -> dict[str, Any]:
+        """Of the last build, as Scene.build gives them."""
+        return self.source.build if self.source is not None else {}
+
     def update(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Blender says that data changed."""
-        if self._live is not None:
-            self._live.mark(depsgraph)
-        self._changed = True
+        if self.source is not None:
+            self.source.mark(depsgraph)
 
     def draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Draws the region with what there is of its picture, and sees that more comes."""
@@ -84,31 +87,58 @@ class Session:
 
     def at_rest(self) -> bool:
         """Whether all that was asked for is shown, or an error says why it is not."""
-        if self._changed or self._build is not None or self._tracer.busy():
+        source = self.source
+        if source is None or source.changed or source.building or self._tracer.busy():
             return False
-        return self._error is not None or self._tracer.image is self._shown
+        drawn = self._seen == (source.generation, source.error)
+        return drawn and (self._error is not None or self._tracer.image is self._shown)
+
+    def release(self) -> None:
+        """Ends all tracing; the next redraw begins anew."""
+        self._tracer.stop()
 
     def close(self) -> None:
         """Ends all work; the session is of no use afterwards."""
         pulse.remove(self)
-        if self._build is not None:
-            self._build.cancel()
         self._tracer.stop()
+        if self.source is not None:
+            self.source.leave(self)
 
     # ---- Following ----
 
     def _advance(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        self._follow_local_view(context.space_data)
-        if self._build is not None:
-            self._finish_build()
-        if self._changed and self._build is None:
-            if self._live is None and not self._announced:
+        source = self._follow(context.space_data, depsgraph)
+        source.poll()
+        if source.changed and not source.building:
+            if not source.was_read and not self._announced:
                 self._announced = True  # drawn before the window stands still for it
                 self._tell(self._engine())
                 return
-            self._sync(context.space_data, depsgraph)
-        if self._build is None and self._built:
+            source.read(depsgraph, _shown_in(context.space_data, any(self._local)))
+            source.poll(wait=PATIENCE)
+        self._notice(source)
+        if source.scene is not None:
             self._trace(context, depsgraph.scene_eval)
+
+    def _follow(self, space: bpy.types.SpaceView3D, depsgraph: bpy.types.Depsgraph) -> Source:
+        """The source of what the viewport shows. Blender tells nobody that the local view was
+        entered or left."""
+        local = (space.local_view is not None, space.use_local_collections)
+        key = space.as_pointer() if any(local) else 0
+        self.source = sources.of(depsgraph, self, key, self.source)
+        if local != self._local:
+            self._local, self.source.changed = local, True
+        return self.source
+
+    def _notice(self, source: Source) -> None:
+        """Takes note of what has become of the scene since the last redraw."""
+        seen = (source.generation, source.error)
+        if seen == self._seen:
+            return
+        self._seen, self._failed = seen, None
+        self._error = source.error or None
+        if source.error:
+            self._tracer.image = None
 
     def _trace(self, context: bpy.types.Context, scene: bpy.types.Scene) -> None:
         view = self._view(context, scene)
@@ -118,54 +148,13 @@ class Session:
         if view is None or view == self._failed:
             return
         self._failed = view  # until all has gone well: it is not tried again and again
-        if self._tracer.show(self._live.scene, view):
+        if self._tracer.show(self.source.scene, view):
             self._error = None
         self._tracer.poll()
         image = self._tracer.image
         if image is None or image.view != view:
             self._tracer.wait(PATIENCE)
         self._failed = None
-
-    def _follow_local_view(self, space: bpy.types.SpaceView3D) -> None:
-        """Blender tells nobody that the local view was entered or left."""
-        local = (space.local_view is not None, space.use_local_collections)
-        if local != self._local:
-            self._local, self._changed = local, True
-
-    def _sync(self, space: bpy.types.SpaceView3D, depsgraph: bpy.types.Depsgraph) -> None:
-        self._changed, self._error, self._failed = False, None, None
-        if self._live is None:
-            self._live = Live(native.load())
-        try:
-            shown = _shown_in(space, any(self._local))
-            change = self._live.sync(depsgraph, shown=shown, release=self._tracer.stop)
-        except BaseException:
-            self._built = False
-            raise
-        if change == Change.NONE:
-            return
-        self._state += 1
-        if change == Change.GEOMETRY:
-            self._start_build(depsgraph.scene_eval)
-
-    def _start_build(self, scene: bpy.types.Scene) -> None:
-        self._built = False
-        self._build = Build(
-            self._live.scene,
-            threads=properties.threads(scene),
-            bins=scene.whittle.bins,
-            by_instance=True,
-            lean=True,
-        )
-        if self._build.ended(PATIENCE):
-            self._finish_build()
-
-    def _finish_build(self) -> None:
-        if not self._build.ended():
-            return
-        build, self._build = self._build, None
-        self.build_stats = build.result()
-        self._built = True
 
     def _view(self, context: bpy.types.Context, scene: bpy.types.Scene) -> View | None:
         """What the region shows; None: not a pixel."""
@@ -186,7 +175,7 @@ class Session:
             part=part,
             samples=scene.whittle.viewport_samples,
             settings=tuple(settings.items()),
-            scene=self._state,
+            scene=self.source.generation,
         )
 
     # ---- Telling ----
@@ -198,13 +187,20 @@ class Session:
         try:
             if engine is None:
                 raise ReferenceError
-            if self._tracer.ready() or (self._build is not None and self._build.ended()):
+            if self._tracer.ready() or self._has_news():
                 engine.tag_redraw()
             self._tell(engine)
         except ReferenceError:
             self.close()
             return False
         return True
+
+    def _has_news(self) -> bool:
+        """Whether the scene is another one than was drawn, or can be."""
+        if self.source is None:
+            return False
+        self.source.poll()
+        return self._seen != (self.source.generation, self.source.error)
 
     def _tell(self, engine: bpy.types.RenderEngine) -> None:
         """Keeps the line of text in the viewport up to date, a few times a second."""
@@ -218,10 +214,10 @@ class Session:
     def _status(self) -> str:
         if self._error is not None:
             return self._error
-        if self._live is None:
+        if self.source is None or not self.source.was_read:
             return "Reading the scene"
-        if self._build is not None:
-            return f"Building the BVH: {self._build.fraction:.0%}"
+        if self.source.building:
+            return f"Building the BVH: {self.source.progress:.0%}"
         return _samples(self._tracer)
 
 

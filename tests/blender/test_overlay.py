@@ -163,7 +163,7 @@ def test_what_changes_rays_makes_the_scene_stale(scene, stage):
     cube, light = bpy.data.objects["Cube"], bpy.data.objects["Point"]
 
     def stale_after(change):
-        stage.stale = False
+        stage.source.stale = False
         change()
         bpy.context.view_layer.update()
         return stage.stale
@@ -183,19 +183,20 @@ def test_the_scene_is_read_again_when_it_rests(scene, stage, monkeypatch):
 
     subject = stage.subject
     assert not stage.wants_reading(subject, automatic=True)
-    stage.mark_stale()
+    stage.source.mark_stale()
     assert not stage.wants_reading(subject, automatic=True)
-    stage.changed -= source.SETTLE
+    stage.source.since -= source.SETTLE
     assert stage.wants_reading(subject, automatic=True)
     assert not stage.wants_reading(subject, automatic=False)
-    stage.seconds_read = source.QUICK + 0.1
+    stage.source.seconds_read = source.QUICK + 0.1
     assert not stage.wants_reading(subject, automatic=True)
     assert stage.wants_reading(("Scene", "Another Layer"), automatic=False)
     before = stage.generation
     bpy.ops.mesh.primitive_cube_add(location=(4, 0, 0))
     ready(stage)
     assert stage.generation == before + 1 and not stage.stale
-    assert [place.object for place in stage.places] == ["Cube", "Plane", "Cube.001"]
+    names = {index: place.object for index, place in stage.places.items()}
+    assert names == {0: "Cube", 1: "Plane", 2: "Cube.001"}
 
 
 def test_a_scene_that_cannot_be_built_says_why(scene, stage):

@@ -88,7 +88,7 @@ def test_every_panel_can_be_drawn(scene, glass):
     for panel in shown:
         drawn(panel)
     probe_overlay.show(None)
-    glass.error = "the reason"
+    glass.source.error = "the reason"
     assert "the reason" in drawn(panels.WHITTLE_VIEW_PT_scene)
 
 
@@ -122,6 +122,7 @@ def test_presets_set_what_they_name(scene, addon):
 
 def test_fit_needs_a_heatmap(scene, stage):
     assert not bpy.ops.whittle.fit_range.poll()
+    bpy.data.objects["Cube"].location.z = 0.5
     assert bpy.ops.whittle.update() == {"FINISHED"} and stage.building
 
 

@@ -45,13 +45,12 @@ def test_rays_follow_the_one_they_descend_from(scene, glass):
 
 def test_work_is_charged_to_the_objects_that_it_was_done_for(scene, glass):
     owners = glass.scene.owners()["instance"]
+    names = [glass.places[index].object for index in range(len(glass.places))]
     for ray in probed(scene, glass).rays:
         assert sum(work.nodes for work in ray.work) == len(ray.nodes)
         assert sum(work.triangles for work in ray.work) == len(ray.triangles)
         for work in ray.work:
-            index = (
-                [place.object for place in glass.places].index(work.name) if work.selects else -1
-            )
+            index = names.index(work.name) if work.selects else -1
             assert work.nodes == sum(owners[node] == index for node in ray.nodes)
     assert any(work.name == "shared" for work in probed(scene, glass).rays[0].work)
 
@@ -95,6 +94,7 @@ def test_the_list_shows_the_probe_and_steps_through_it(scene, glass):
         assert probe_overlay.visited(bpy.context) == tuple(sorted(set(made.rays[-1].nodes)))
         text = probe_overlay.explain(bpy.context)
         assert f"{len(made.rays)} rays" in text.title and not text.warning
+        bpy.data.objects["Cube"].location.z = 0.5
         ready(glass)
         assert probe_overlay.visited(bpy.context) == ()
         assert "probe again" in probe_overlay.explain(bpy.context).warning

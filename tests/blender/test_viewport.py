@@ -250,11 +250,12 @@ def test_an_orthographic_view_starts_behind_its_place(addon):
     region = SimpleNamespace(
         view_matrix=place.inverted(), window_matrix=ortho(-50, 50), view_perspective="ORTHO"
     )
-    found = eye(SimpleNamespace(camera=None), region)
+    space = SimpleNamespace(camera=None, clip_start=0.1, clip_end=1000.0)
+    found = eye(space, region)
     assert found.clip == pytest.approx((0, 100), rel=1e-5)
     assert found.to_world[:3, 3] == pytest.approx(place @ Vector((0, 0, 50)), rel=1e-5)
     region.window_matrix = ortho(0.5, 20)
-    found = eye(SimpleNamespace(camera=None), region)
+    found = eye(space, region)
     assert found.clip == pytest.approx((0.5, 20), rel=1e-5)
     assert found.to_world[:3, 3] == pytest.approx((1, 2, 3))
 

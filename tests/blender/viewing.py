@@ -14,8 +14,8 @@ def ready(shared):
     """Reads and builds what the viewport shows."""
     shared.read(bpy.context.evaluated_depsgraph_get())
     end = time.monotonic() + 60
-    while not shared.poll():
-        assert shared.building and time.monotonic() < end, shared.error
+    while shared.building and not shared.poll():
+        assert time.monotonic() < end
         time.sleep(0.002)
     assert not shared.error and shared.scene is not None
 

@@ -159,7 +159,7 @@ def test_boxes_drawn_are_those_asked_for(gui: Gui):
     bpy.data.objects["Suzanne"].select_set(True)
     yield from gui.redrawn()
     yield from gui.redrawn()
-    index = [place.object for place in source.places].index("Suzanne")
+    index = next(i for i, place in source.places.items() if place.object == "Suzanne")
     owners = source.scene.owners()["instance"]
     assert len(boxes.shown.chosen) == (owners == index).sum() > 100
     session.show_boxes = False

@@ -432,7 +432,7 @@ def test_the_window_lives_while_a_tree_is_built(gui: Gui):
     while not (sessions(gui) and sessions(gui)[0].at_rest()):
         assert time.monotonic() - began < 120
         for one in sessions(gui):
-            building += one._build is not None
+            building += one.source is not None and one.source.building
             texts.add(one._text.split(":")[0])
         yield 0.01
     seconds = sessions(gui)[0].build_stats["seconds"]
