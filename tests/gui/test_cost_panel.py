@@ -171,8 +171,12 @@ def test_compare(gui: Gui):
 
 def beside(gui: Gui) -> Steps:
     """An Image Editor to the left of the 3D viewport, which keeps its sidebar."""
+    # Blender 4 hides a sidebar that does not fit beside the toolbar.
+    gui.space().show_region_toolbar = bpy.app.version >= (5, 0)
     with gui.override("VIEW_3D"):
-        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.53)
+        bpy.ops.screen.area_split(
+            direction="VERTICAL", factor=0.53 if bpy.app.version >= (5, 0) else 0.45
+        )
     yield 0.5
     views = [area for area in gui.window.screen.areas if area.type == "VIEW_3D"]
     left = min(views, key=lambda area: area.x)
