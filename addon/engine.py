@@ -68,8 +68,7 @@ def fail(engine: bpy.types.RenderEngine, error: BaseException) -> None:
 
 def render_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
     """Exports, builds, traces and hands over one view layer of one frame."""
-    core = native.load()
-    frame = depsgraph.scene_eval
+    core, frame = native.load(), depsgraph.scene_eval
     size = (engine.resolution_x, engine.resolution_y)
     region = camera.region(frame.render, size)
     view = _camera_object(engine, frame)
