@@ -4,8 +4,13 @@
 
 #include "base/team.h"
 
+#include <immintrin.h>
 #include <stdatomic.h>
 #include <string.h>
+
+/* How often news are looked for before a worker goes to sleep: some 50 microseconds, which is what
+ * waking it takes. */
+enum { LOOKS = 2000 };
 
 struct whittle_team_loop {
   whittle_team_body *body;
@@ -23,6 +28,7 @@ void whittle_team_init(whittle_team *team, whittle_run_state *state) {
   team->loops = NULL;
   team->waiting_tasks = team->unfinished_tasks = 0;
   team->closed = false;
+  atomic_init(&team->news, 0);
 }
 
 void whittle_team_destroy(whittle_team *team) {
@@ -41,6 +47,26 @@ static void run_pieces(whittle_team *team, whittle_team_loop *loop) {
   }
 }
 
+/* Called with the lock held. */
+static void tell(whittle_team *team) {
+  atomic_fetch_add_explicit(&team->news, 1, memory_order_relaxed);
+  pthread_cond_broadcast(&team->changed);
+}
+
+/* Until someone tells something. Called and left with the lock held. */
+static void wait_for_news(whittle_team *team) {
+  const uint32_t known = atomic_load_explicit(&team->news, memory_order_relaxed);
+  pthread_mutex_unlock(&team->lock);
+  for (uint32_t look = 0; look < LOOKS; look++) {
+    if (atomic_load_explicit(&team->news, memory_order_relaxed) != known)
+      break;
+    _mm_pause();
+  }
+  pthread_mutex_lock(&team->lock);
+  if (atomic_load_explicit(&team->news, memory_order_relaxed) == known)
+    pthread_cond_wait(&team->changed, &team->lock);
+}
+
 /* Takes part in a loop or runs a task; false if there is neither. Called and left with the lock
  * held. */
 static bool help_once(whittle_team *team) {
@@ -53,7 +79,7 @@ static bool help_once(whittle_team *team) {
     run_pieces(team, loop);
     pthread_mutex_lock(&team->lock);
     if (--loop->helpers == 0)
-      pthread_cond_broadcast(&team->changed);
+      tell(team);
     return true;
   }
   if (team->waiting_tasks == 0)
@@ -63,7 +89,7 @@ static bool help_once(whittle_team *team) {
   task.work(task.context, task.argument);
   pthread_mutex_lock(&team->lock);
   if (--team->unfinished_tasks == 0)
-    pthread_cond_broadcast(&team->changed);
+    tell(team);
   return true;
 }
 
@@ -71,14 +97,14 @@ void whittle_team_help(whittle_team *team) {
   pthread_mutex_lock(&team->lock);
   while (!team->closed)
     if (!help_once(team))
-      pthread_cond_wait(&team->changed, &team->lock);
+      wait_for_news(team);
   pthread_mutex_unlock(&team->lock);
 }
 
 void whittle_team_close(whittle_team *team) {
   pthread_mutex_lock(&team->lock);
   team->closed = true;
-  pthread_cond_broadcast(&team->changed);
+  tell(team);
   pthread_mutex_unlock(&team->lock);
 }
 
@@ -93,7 +119,7 @@ void whittle_team_for(whittle_team *team, uint64_t count, uint64_t grain, whittl
   pthread_mutex_lock(&team->lock);
   loop.below = team->loops;
   team->loops = &loop;
-  pthread_cond_broadcast(&team->changed);
+  tell(team);
   pthread_mutex_unlock(&team->lock);
   run_pieces(team, &loop);
   pthread_mutex_lock(&team->lock);
@@ -102,7 +128,7 @@ void whittle_team_for(whittle_team *team, uint64_t count, uint64_t grain, whittl
     link = &(*link)->below;
   *link = loop.below;
   while (loop.helpers)
-    pthread_cond_wait(&team->changed, &team->lock);
+    wait_for_news(team);
   pthread_mutex_unlock(&team->lock);
 }
 
@@ -116,7 +142,7 @@ bool whittle_team_share(whittle_team *team, whittle_team_work *work, void *conte
     task->context = context;
     memcpy(task->argument, argument, size);
     team->unfinished_tasks++;
-    pthread_cond_broadcast(&team->changed);
+    tell(team);
   }
   pthread_mutex_unlock(&team->lock);
   return room;
@@ -126,6 +152,6 @@ void whittle_team_finish(whittle_team *team) {
   pthread_mutex_lock(&team->lock);
   while (team->unfinished_tasks)
     if (!help_once(team))
-      pthread_cond_wait(&team->changed, &team->lock);
+      wait_for_news(team);
   pthread_mutex_unlock(&team->lock);
 }

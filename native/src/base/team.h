@@ -7,6 +7,7 @@
 #include "base/threads.h"
 
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -32,6 +33,7 @@ typedef struct whittle_team {
   whittle_team_task tasks[WHITTLE_TEAM_TASKS]; /* a stack: the newest is still in a cache */
   uint32_t waiting_tasks, unfinished_tasks;
   bool closed;
+  atomic_uint news; /* rises whenever something changes */
 } whittle_team;
 
 void whittle_team_init(whittle_team *team, whittle_run_state *state);

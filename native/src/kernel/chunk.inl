@@ -7,18 +7,6 @@
 #define ORDINARY_LEAST 0x1p-60f
 #define ORDINARY_MOST 0x1p60f
 
-static inline uint32_t float_bits(float value) {
-  uint32_t bits;
-  memcpy(&bits, &value, sizeof bits);
-  return bits;
-}
-
-static inline float bits_float(uint32_t bits) {
-  float value;
-  memcpy(&value, &bits, sizeof value);
-  return value;
-}
-
 static bool is_ordinary(const scene_frame *frame, const whittle_rays *rays) {
   const bool any_double = rays->origins.is_double || rays->directions.is_double ||
                           (rays->t_min.data && rays->t_min.is_double) ||

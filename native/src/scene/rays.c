@@ -5,18 +5,6 @@
 
 #include "scene/rays.h"
 
-static uint32_t float_bits(float value) {
-  uint32_t bits;
-  memcpy(&bits, &value, sizeof bits);
-  return bits;
-}
-
-static float bits_float(uint32_t bits) {
-  float value;
-  memcpy(&value, &bits, sizeof value);
-  return value;
-}
-
 whittle_status whittle_rays_check(const whittle_rays *rays, whittle_error *error) {
   if (rays->visibility & ~(uint32_t)WHITTLE_ALL)
     return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "visibility",

@@ -23,6 +23,18 @@ typedef struct ray_chunk {
   uint32_t count;
 } ray_chunk;
 
+static inline uint32_t float_bits(float value) {
+  uint32_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+
+static inline float bits_float(uint32_t bits) {
+  float value;
+  memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
 /* What can be said without reading every ray: missing arrays and unknown bits. */
 whittle_status whittle_rays_check(const whittle_rays *rays, whittle_error *error);
 
