@@ -144,10 +144,11 @@ def arrays(mesh: bpy.types.Mesh, slots: NDArray[np.uint32]) -> dict[str, Any] | 
         return None
     corner_vertices = _column(mesh.attributes[".corner_vert"].data, "value", np.int32)
     corners, faces = _triangulation(mesh)
-    triangles = corner_vertices if corners is None else corner_vertices[corners]
+    triangles = corner_vertices if corners is None else corners
     return {
         "positions": _column(mesh.attributes["position"].data, "vector", np.float32, 3),
         "triangles": triangles.view(np.uint32).reshape(-1, 3),
+        "corners": None if corners is None else corner_vertices.view(np.uint32),
         "normals": _normals(mesh, corners),
         "materials": _materials(mesh, faces, slots),
     }
@@ -174,11 +175,11 @@ def _triangulation(
 
 
 def triangle_corners(triangles: Any) -> NDArray[np.int32]:
-    """The corners of all loop triangles, as (3 n,); to be read only while the mesh lives.
+    """The corners of all loop triangles, as (3 n,).
 
     By foreach_get they come one at a time, which takes longer than all else here. All Blenders
-    tried keep them in one array of three integers each: it is looked at where it is, if addresses
-    of elements and what some of them say bear it out.
+    tried keep them in one array of three integers each: it is copied whole, if the addresses of
+    elements and what some of them say bear it out.
     """
     count = len(triangles)
     if count == 0:
@@ -189,7 +190,7 @@ def triangle_corners(triangles: Any) -> NDArray[np.int32]:
         corners = np.frombuffer(numbers, dtype=np.int32)
         looked_at = (0, count // 3, count // 2, 2 * count // 3, count - 1)
         if all(tuple(corners[3 * i : 3 * i + 3]) == tuple(triangles[i].loops) for i in looked_at):
-            return corners
+            return corners.copy()
     return _column(triangles, "loops", np.int32, 3).reshape(-1)
 
 

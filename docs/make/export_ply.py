@@ -25,13 +25,15 @@ def placed(shot: capture.Shot) -> tuple[NDArray[np.float32], NDArray[np.uint32]]
     """
     everything = shot.core.CAMERA | shot.core.SHADOW | shot.core.REFLECTION | shot.core.REFRACTION
     vertices, triangles, count = [], [], 0
-    for (mesh, matrix), named in shot.recording.instances:
-        if named["visibility"] != everything:
+    for (mesh, matrix), placed_as in shot.recording.instances:
+        if placed_as["visibility"] != everything:
             continue
         data = shot.recording.meshes[mesh][1]
         points = data["positions"].astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
         vertices.append(points.astype("<f4"))
-        triangles.append(data["triangles"].astype(np.uint32) + np.uint32(count))
+        corners = data["triangles"]
+        named = corners if data["corners"] is None else data["corners"][corners]
+        triangles.append(named.astype(np.uint32) + np.uint32(count))
         count += len(points)
     if not triangles:
         raise ValueError("the scene shows no mesh to trace")

@@ -96,6 +96,9 @@ typedef struct whittle_mesh {
   const float *normals;      /* NULL: flat. vertex_count x 3, or triangle_count x 3 x 3 */
   int normals_by_corner;     /* which of the two */
   const uint32_t *materials; /* NULL: all 0. triangle_count indices into the materials */
+  const uint32_t *corners;   /* NULL, or what `triangles` index then, below corner_count: corners of
+                                polygons, each with the index of its vertex */
+  size_t corner_count;
 } whittle_mesh;
 
 WHITTLE_API whittle_status whittle_scene_create(whittle_scene **scene, whittle_error *error);

@@ -8,8 +8,8 @@
 
 /* What a mesh is made of while it is handed over. */
 typedef struct mesh_arrays {
-  array_view positions, triangles, normals, materials;
-  void *owned[4];
+  array_view positions, triangles, normals, materials, corners;
+  void *owned[5];
   whittle_mesh mesh;
 } mesh_arrays;
 
@@ -18,7 +18,8 @@ static void release_arrays(mesh_arrays *arrays) {
   array_release(&arrays->triangles);
   array_release(&arrays->normals);
   array_release(&arrays->materials);
-  for (int i = 0; i < 4; i++)
+  array_release(&arrays->corners);
+  for (int i = 0; i < 5; i++)
     PyMem_Free(arrays->owned[i]);
 }
 
@@ -72,6 +73,17 @@ static bool read_materials(module_state *state, PyObject *materials, mesh_arrays
          (mesh->materials = array_uints(&arrays->materials, "materials", &arrays->owned[3]));
 }
 
+static bool read_corners(module_state *state, PyObject *corners, mesh_arrays *arrays) {
+  whittle_mesh *mesh = &arrays->mesh;
+  if (corners == Py_None)
+    return true;
+  if (!array_read(state, corners, "corners", ARRAY_WHOLE, &arrays->corners) ||
+      !array_check_shape(&arrays->corners, "corners", "(k,)", 1, (Py_ssize_t[]){-1}))
+    return false;
+  mesh->corner_count = (size_t)arrays->corners.buffer.shape[0];
+  return (mesh->corners = array_uints(&arrays->corners, "corners", &arrays->owned[4])) != NULL;
+}
+
 static bool check_uv_map(module_state *state, PyObject *key, PyObject *uvs,
                          const whittle_mesh *mesh) {
   if (!PyUnicode_Check(key))
@@ -103,21 +115,23 @@ static bool check_uvs(module_state *state, PyObject *uvs, const whittle_mesh *me
 
 /* What add_mesh and replace_mesh are given, but not yet read. */
 typedef struct mesh_arguments {
-  PyObject *positions, *triangles, *normals, *uvs, *materials;
+  PyObject *positions, *triangles, *normals, *uvs, *materials, *corners;
 } mesh_arguments;
 
 static bool read_mesh(module_state *state, const mesh_arguments *from, mesh_arrays *arrays) {
   return read_surface(state, from->positions, from->triangles, arrays) &&
          read_normals(state, from->normals, arrays) &&
          read_materials(state, from->materials, arrays) &&
-         check_uvs(state, from->uvs, &arrays->mesh);
+         read_corners(state, from->corners, arrays) && check_uvs(state, from->uvs, &arrays->mesh);
 }
 
 PyObject *scene_add_mesh(PyObject *self, PyObject *args, PyObject *kwargs) {
-  static char *names[] = {"positions", "triangles", "normals", "uvs", "materials", NULL};
-  mesh_arguments from = {.normals = Py_None, .uvs = Py_None, .materials = Py_None};
-  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "OO|OOO:add_mesh", names, &from.positions,
-                                   &from.triangles, &from.normals, &from.uvs, &from.materials))
+  static char *names[] = {"positions", "triangles", "normals", "uvs", "materials", "corners", NULL};
+  mesh_arguments from = {
+      .normals = Py_None, .uvs = Py_None, .materials = Py_None, .corners = Py_None};
+  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "OO|OOO$O:add_mesh", names, &from.positions,
+                                   &from.triangles, &from.normals, &from.uvs, &from.materials,
+                                   &from.corners))
     return NULL;
   module_state *state = state_of(self);
   mesh_arrays arrays = {0};
@@ -136,13 +150,15 @@ PyObject *scene_add_mesh(PyObject *self, PyObject *args, PyObject *kwargs) {
 }
 
 PyObject *scene_replace_mesh(PyObject *self, PyObject *args, PyObject *kwargs) {
-  static char *names[] = {"mesh", "positions", "triangles", "normals", "uvs", "materials", NULL};
-  mesh_arguments from = {.normals = Py_None, .uvs = Py_None, .materials = Py_None};
+  static char *names[] = {"mesh", "positions", "triangles", "normals",
+                          "uvs",  "materials", "corners",   NULL};
+  mesh_arguments from = {
+      .normals = Py_None, .uvs = Py_None, .materials = Py_None, .corners = Py_None};
   PyObject *number;
   uint32_t mesh;
-  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "OOO|OOO:replace_mesh", names, &number,
+  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "OOO|OOO$O:replace_mesh", names, &number,
                                    &from.positions, &from.triangles, &from.normals, &from.uvs,
-                                   &from.materials) ||
+                                   &from.materials, &from.corners) ||
       !argument_uint32(number, "mesh", 0, &mesh))
     return NULL;
   module_state *state = state_of(self);

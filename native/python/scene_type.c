@@ -40,11 +40,12 @@ static void scene_dealloc(PyObject *self) {
    #name signature "\n--\n\nSee whittle_core.pyi."}
 
 static PyMethodDef scene_methods[] = {
-    METHOD(add_mesh, "($self, positions, triangles, normals=None, uvs=None, materials=None)"),
+    METHOD(add_mesh, "($self, positions, triangles, normals=None, uvs=None, materials=None, "
+                     "*, corners=None)"),
     METHOD(add_instance, "($self, mesh, transform, object_id=0, visibility=15)"),
     METHOD(set_transform, "($self, instance, transform)"),
     METHOD(replace_mesh, "($self, mesh, positions, triangles, normals=None, uvs=None, "
-                         "materials=None)"),
+                         "materials=None, *, corners=None)"),
     METHOD(remove_instance, "($self, instance)"),
     METHOD(set_materials, "($self, materials)"),
     METHOD(set_lights, "($self, lights)"),

@@ -55,7 +55,11 @@ class Scene:
         normals: ArrayLike | None = None,  # float32 (n, 3) or (m, 3, 3)
         uvs: Mapping[str, ArrayLike] | None = None,  # float32 (n, 2) or (m, 3, 2)
         materials: ArrayLike | None = None,  # uint32 (m,)
-    ) -> int: ...
+        *,
+        corners: ArrayLike | None = None,  # uint32 (k,): triangles index these then
+    ) -> int:
+        """Gives its number. Triangles index vertices, or with corners (the vertex of each corner of
+        the mesh's polygons) those; ValueError names an index that is too large."""
     def add_instance(
         self,
         mesh: int,
@@ -74,6 +78,8 @@ class Scene:
         normals: ArrayLike | None = None,
         uvs: Mapping[str, ArrayLike] | None = None,
         materials: ArrayLike | None = None,
+        *,
+        corners: ArrayLike | None = None,
     ) -> None:
         """Gives all instances of a mesh another one; arrays as in add_mesh. If only its normals or
         materials differ, a build by instance keeps their subtrees."""

@@ -20,9 +20,14 @@ class Scene:
         self.meshes: list[SimpleNamespace] = []
         self.instances: list[SimpleNamespace] = []
 
-    def add_mesh(self, positions, triangles, normals=None, uvs=None, materials=None) -> int:
+    def add_mesh(
+        self, positions, triangles, normals=None, uvs=None, materials=None, *, corners=None
+    ) -> int:
         assert positions.dtype == np.float32 and positions.shape[1:] == (3,)
         assert triangles.dtype == np.uint32 and triangles.shape[1:] == (3,)
+        if corners is not None:
+            assert corners.dtype == np.uint32 and corners.ndim == 1
+            triangles = corners[triangles]
         assert triangles.max() < len(positions)
         if normals is not None:
             assert normals.dtype == np.float32

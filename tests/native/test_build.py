@@ -488,3 +488,37 @@ def test_progress_grows_from_0_to_1():
 def test_options_out_of_range_name_themselves(options, name):
     with pytest.raises(ValueError, match=name):
         scene_of(identical(4)).build(**options)
+
+
+def test_triangles_of_corners_are_those_of_their_vertices():
+    for subdivisions in (2, 6):
+        positions, triangles = meshes.icosphere(subdivisions)
+        order = np.random.default_rng(4).permutation(triangles.size).astype(np.uint32)
+        corners = triangles.reshape(-1)[np.argsort(order)]
+        built = []
+        for arrays in ({"triangles": triangles}, {"triangles": order.reshape(-1, 3)}):
+            scene = Scene()
+            given = {"corners": corners} if built else {}
+            scene.add_instance(scene.add_mesh(positions, **arrays, **given), np.eye(4))
+            scene.build()
+            built.append(scene.triangles()["vertices"].tobytes() + scene.nodes().tobytes())
+        assert built[0] == built[1]
+        replaced = Scene()
+        replaced.add_instance(replaced.add_mesh(*meshes.icosphere(1)), np.eye(4))
+        replaced.replace_mesh(0, positions, order.reshape(-1, 3), corners=corners)
+        replaced.build()
+        assert replaced.nodes().tobytes() == scene.nodes().tobytes()
+
+
+@pytest.mark.parametrize(
+    ("triangle", "corners", "sentence"),
+    [
+        ((0, 1, 4), (0, 1, 2, 0), "Triangle 0 names corner 4, but there are 4"),
+        ((0, 1, 3), (0, 1, 2, 3), "Corner 3 names vertex 3, but the mesh has 3 vertices"),
+        ((0, 1, 2), [(0, 1, 2)], r"corners must have the shape|corners .*\(k,\)"),
+    ],
+)
+def test_a_bad_corner_is_named(triangle, corners, sentence):
+    positions = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    with pytest.raises(ValueError, match=sentence):
+        Scene().add_mesh(positions, np.uint32([triangle]), corners=np.uint32(corners))

@@ -48,17 +48,30 @@ static uint32_t largest(const uint32_t *indices, size_t count) {
   return most;
 }
 
+/* The vertices of so many corners of triangles; false if an index is too large. */
+static bool copy_indices(const whittle_mesh *from, uint32_t *to, const uint32_t *indices,
+                         size_t count) {
+  if (!from->corners) {
+    memcpy(to, indices, count * sizeof *indices);
+    return largest(indices, count) < from->vertex_count;
+  }
+  if (largest(indices, count) >= from->corner_count)
+    return false;
+  for (size_t k = 0; k < count; k++)
+    to[k] = from->corners[indices[k]];
+  return largest(to, count) < from->vertex_count;
+}
+
 /* As if all vertices were finite: if not, they are marked again. Threads may write the same byte,
  * all of them 1. */
 static void copy_triangles(copying *c, size_t begin, size_t end) {
   for (size_t i = 3 * begin; i < 3 * end; i += BLOCK) {
     const size_t count = 3 * end - i < BLOCK ? 3 * end - i : BLOCK;
-    const uint32_t *indices = c->source->triangles + i;
-    if (largest(indices, count) >= c->made->vertex_count) {
+    uint32_t *indices = c->made->triangles + i;
+    if (!copy_indices(c->source, indices, c->source->triangles + i, count)) {
       atomic_store(&c->bad_index, 1);
       return;
     }
-    memcpy(c->made->triangles + i, indices, count * sizeof *indices);
     for (size_t k = 0; k < count; k++)
       __atomic_store_n(&c->made->used[indices[k]], 1, __ATOMIC_RELAXED);
   }
@@ -100,10 +113,30 @@ static void mark_corners_of_finite(mesh *m) {
   }
 }
 
+static whittle_status name_bad_corner(const whittle_mesh *source, size_t i, whittle_error *error) {
+  const uint32_t corner = source->triangles[i];
+  if (corner >= source->corner_count)
+    return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "triangles",
+                        "Triangle %zu names corner %u, but there are %zu, counted from 0.", i / 3,
+                        corner, source->corner_count);
+  return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "corners",
+                      "Corner %u names vertex %u, but the mesh has %zu vertices, counted from 0.",
+                      corner, source->corners[corner], source->vertex_count);
+}
+
+static bool is_good(const whittle_mesh *source, size_t i) {
+  const uint32_t index = source->triangles[i];
+  if (!source->corners)
+    return index < source->vertex_count;
+  return index < source->corner_count && source->corners[index] < source->vertex_count;
+}
+
 static whittle_status name_bad_index(const whittle_mesh *source, whittle_error *error) {
   size_t i = 0;
-  while (source->triangles[i] < source->vertex_count)
+  while (is_good(source, i))
     i++;
+  if (source->corners)
+    return name_bad_corner(source, i, error);
   return whittle_fail(error, WHITTLE_INVALID_ARGUMENT, "triangles",
                       "Triangle %zu names vertex %u, but the mesh has %zu vertices, counted "
                       "from 0.",
