@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Evaluated meshes and the places where they stand; arrays are copied with foreach_get only."""
 
-import ctypes
 from dataclasses import dataclass
 from math import inf
 from typing import Any
@@ -13,9 +12,6 @@ from numpy.typing import NDArray
 
 from ..notes import Notes
 from .materials import Table
-
-SIZE_OF_CORNERS = 12
-"""Bytes of three integers."""
 
 Key = tuple[int, tuple[int, ...], bytes]
 """Of a mesh for the core: Blender's mesh, its materials, and where it was squashed flat."""
@@ -169,29 +165,9 @@ def _triangulation(
         return None, None
     mesh.calc_loop_triangles()
     return (
-        triangle_corners(mesh.loop_triangles),
+        _column(mesh.loop_triangles, "loops", np.int32, 3).reshape(-1),
         _column(mesh.loop_triangle_polygons, "value", np.int32),
     )
-
-
-def triangle_corners(triangles: Any) -> NDArray[np.int32]:
-    """The corners of all loop triangles, as (3 n,).
-
-    By foreach_get they come one at a time, which takes longer than all else here. All Blenders
-    tried keep them in one array of three integers each: it is copied whole, if the addresses of
-    elements and what some of them say bear it out.
-    """
-    count = len(triangles)
-    if count == 0:
-        return np.empty(0, dtype=np.int32)
-    first, last = triangles[0].as_pointer(), triangles[count - 1].as_pointer()
-    if last - first == (count - 1) * SIZE_OF_CORNERS:
-        numbers = (ctypes.c_int32 * (3 * count)).from_address(first)
-        corners = np.frombuffer(numbers, dtype=np.int32)
-        looked_at = (0, count // 3, count // 2, 2 * count // 3, count - 1)
-        if all(tuple(corners[3 * i : 3 * i + 3]) == tuple(triangles[i].loops) for i in looked_at):
-            return corners.copy()
-    return _column(triangles, "loops", np.int32, 3).reshape(-1)
 
 
 def _normals(mesh: bpy.types.Mesh, corners: NDArray[np.int32] | None) -> NDArray[np.float32] | None:

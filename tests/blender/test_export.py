@@ -323,33 +323,6 @@ def test_a_place_that_is_not_finite_is_left_out_and_named(scene, export):
     assert notes == ["Object 'Lost' left out: its place is not a finite number"]
 
 
-class Moved:
-    """Loop triangles of which one says that it lies elsewhere, or other corners."""
-
-    def __init__(self, triangles, place, moved=0, turned=False):
-        self._triangles, self._place, self._moved = triangles, place % len(triangles), moved
-        self._turned = turned
-        self.asked = 0
-
-    def __len__(self):
-        return len(self._triangles)
-
-    def __getitem__(self, place):
-        return self if place == self._place else self._triangles[place]
-
-    def as_pointer(self):
-        return self._triangles[self._place].as_pointer() + self._moved
-
-    @property
-    def loops(self):
-        corners = tuple(self._triangles[self._place].loops)
-        return corners[1:] + corners[:1] if self._turned else corners
-
-    def foreach_get(self, name, values):
-        self.asked += 1
-        self._triangles.foreach_get(name, values)
-
-
 @pytest.fixture
 def polygons():
     """A grid of quads, a pentagon, a dart that has only one diagonal inside, and a triangle."""
@@ -365,16 +338,9 @@ def polygons():
     return mesh
 
 
-def test_corners_of_triangles_are_those_that_blender_names(addon, polygons):
-    from addon.export.meshes import triangle_corners
+def test_triangles_of_polygons_are_those_that_blender_names(addon, polygons):
+    from addon.export.meshes import arrays
 
-    triangles = polygons.loop_triangles
-    expected = np.array([tuple(row.loops) for row in triangles]).reshape(-1)
-    assert (triangle_corners(triangles) == expected).all()
-    as_is = Moved(triangles, -1)
-    assert (triangle_corners(as_is) == expected).all()
-    assert as_is.asked == 0
-    for doubtful in (Moved(triangles, -1, moved=12), Moved(triangles, 0, turned=True)):
-        assert (triangle_corners(doubtful) == expected).all()
-        assert doubtful.asked == 1
-    assert len(triangle_corners(bpy.data.meshes.new("Nothing").loop_triangles)) == 0
+    data = arrays(polygons, np.zeros(1, dtype=np.uint32))
+    expected = [tuple(row.vertices) for row in polygons.loop_triangles]
+    assert data["corners"][data["triangles"]].tolist() == [list(row) for row in expected]
