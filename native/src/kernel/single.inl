@@ -4,8 +4,7 @@
 
 typedef struct single_ray {
   s_ray exact;
-  v_ray lanes; /* the same in every lane, against as many triangles */
-  f4_float origin, inverse;
+  f4_float origin, inverse; /* of rays on the binary tree: x, y, z */
   float best;
 } single_ray;
 
@@ -14,26 +13,29 @@ typedef struct single_entry {
   float entry;
 } single_entry;
 
-static inline void single_ray_load(const ray_stream *rays, uint32_t i, single_ray *ray) {
-  float d[3], o[3];
-  for (int axis = 0; axis < 3; axis++)
-    d[axis] = rays->direction[axis][i], o[axis] = rays->origin[axis][i];
+/* Ray i, whose group is prepared. */
+static inline void single_ray_load(const ray_stream *rays, uint32_t i, const prepared_rays *p,
+                                   single_ray *ray) {
+  const uint32_t lane = i % V_LANES;
   s_ray *exact = &ray->exact;
-  s_set_axes(exact, whittle_dominant_axis(d));
+  s_set_axes(exact, (int)p->axis[lane]);
   for (int k = 0; k < 3; k++) {
-    exact->origin[k] = o[exact->axis[k]];
-    exact->inverse[k] = 1.0f / d[exact->axis[k]];
+    exact->origin[k] = rays->origin[exact->axis[k]][i];
+    exact->inverse[k] = p->inverse[exact->axis[k]][lane];
   }
-  exact->shear_x = d[exact->axis[0]] / d[exact->axis[2]];
-  exact->shear_y = d[exact->axis[1]] / d[exact->axis[2]];
+  exact->shear_x = p->shear_x[lane], exact->shear_y = p->shear_y[lane];
   exact->t_min = rays->t_min[i];
-  v_set_axes(&ray->lanes, exact->axis[2]);
-  for (int k = 0; k < 3; k++)
-    ray->lanes.origin[k] = v_set(exact->origin[k]);
-  ray->lanes.shear_x = v_set(exact->shear_x), ray->lanes.shear_y = v_set(exact->shear_y);
-  ray->origin = f4_make(o[0], o[1], o[2], 0.0f);
-  ray->inverse = f4_set(1.0f) / f4_make(d[0], d[1], d[2], 1.0f);
   ray->best = rays->t[i];
+}
+
+/* The same of a ray that goes down the binary tree. */
+static inline void walked_ray_load(const ray_stream *rays, uint32_t i, prepared_rays *p,
+                                   single_ray *ray) {
+  const uint32_t lane = i % V_LANES;
+  prepare_ray(rays, i, p);
+  single_ray_load(rays, i, p, ray);
+  ray->origin = f4_make(rays->origin[0][i], rays->origin[1][i], rays->origin[2][i], 0.0f);
+  ray->inverse = f4_make(p->inverse[0][lane], p->inverse[1][lane], p->inverse[2][lane], 1.0f);
 }
 
 /* Whether the ray enters a node before its nearest hit, and where: s_slab of triangle.inl, four
@@ -55,17 +57,20 @@ static inline bool single_enters(const single_ray *ray, const whittle_node *node
 /* The triangles of a block from `index` on whose edges the ray's line passes, V_LANES at a time. */
 static inline uint32_t single_edges(const single_ray *ray, const float *rows, uint32_t size,
                                     uint32_t index, v_edges *edges) {
-  const v_ray *lanes = &ray->lanes;
+  const s_ray *exact = &ray->exact;
+  v_ray lanes; /* the same in every lane, against as many triangles */
+  lanes.shear_x = v_set(exact->shear_x), lanes.shear_y = v_set(exact->shear_y);
   v_relative r;
-  for (uint32_t vertex = 0; vertex < 3; vertex++) {
-    const float *at = rows + 3 * vertex * size + index;
-    r.x[vertex] = v_load(at + (uint32_t)lanes->axis[0] * size) - lanes->origin[0];
-    r.y[vertex] = v_load(at + (uint32_t)lanes->axis[1] * size) - lanes->origin[1];
-    r.z[vertex] = v_load(at + (uint32_t)lanes->axis[2] * size) - lanes->origin[2];
+  v_float *to[3] = {r.x, r.y, r.z};
+  for (uint32_t k = 0; k < 3; k++) {
+    const float *at = rows + (uint32_t)exact->axis[k] * size + index;
+    const v_float origin = v_set(exact->origin[k]);
+    for (uint32_t vertex = 0; vertex < 3; vertex++)
+      to[k][vertex] = v_load(at + 3 * vertex * size) - origin;
   }
   const uint32_t left = size - index;
   const uint32_t there = left < V_LANES ? (1u << left) - 1 : (uint32_t)((1ull << V_LANES) - 1);
-  return there & v_bits(v_edge_test(lanes, &r, v_from_bits(there), edges));
+  return there & v_bits(v_edge_test(&lanes, &r, v_from_bits(there), edges));
 }
 
 /* Of the block of `size` triangles from `first` on, those from `begin` to below `end`. */
@@ -188,11 +193,12 @@ static inline uint32_t single_descend(const single_ray *ray, const whittle_node 
  * enters, the nearer first and the left one at equal distance; the second only if it still begins
  * no farther than the nearest hit when its turn comes. */
 static inline __attribute__((always_inline)) void walk_single(const trace_context *context,
-                                                              ray_stream *rays, uint32_t i,
+                                                              ray_stream *rays,
+                                                              prepared_rays *prepared, uint32_t i,
                                                               const bool any, const bool watched) {
   const whittle_node *nodes = context->scene->nodes;
   single_ray ray;
-  single_ray_load(rays, i, &ray);
+  walked_ray_load(rays, i, prepared, &ray);
   single_entry stack[WHITTLE_STACK];
   uint8_t levels[WHITTLE_STACK]; /* of what waits on the stack: edges from the root */
   uint32_t depth = 0, visited = 0, tested = 0, index = 0, level = 0;
@@ -229,16 +235,19 @@ static inline __attribute__((always_inline)) void walk_single(const trace_contex
 
 /* Not inlined, so that what only traces is compiled as if nothing could be counted. */
 static __attribute__((noinline)) void walk_plain(const trace_context *context, ray_stream *rays,
-                                                 uint32_t i, bool any) {
-  walk_single(context, rays, i, any, false);
+                                                 prepared_rays *prepared, uint32_t i, bool any) {
+  walk_single(context, rays, prepared, i, any, false);
 }
 
 static __attribute__((noinline)) void walk_watched(const trace_context *context, ray_stream *rays,
-                                                   uint32_t i, bool any) {
-  walk_single(context, rays, i, any, true);
+                                                   prepared_rays *prepared, uint32_t i, bool any) {
+  walk_single(context, rays, prepared, i, any, true);
 }
 
-static inline void count_single(const trace_context *context, ray_stream *rays, uint32_t i,
-                                bool any) {
-  context->watch ? walk_watched(context, rays, i, any) : walk_plain(context, rays, i, any);
+static inline void count_all(const trace_context *context, ray_stream *rays, bool any) {
+  prepared_rays prepared;
+  prepared.group = WHITTLE_NONE;
+  for (uint32_t i = 0; i < rays->count; i++)
+    context->watch ? walk_watched(context, rays, &prepared, i, any)
+                   : walk_plain(context, rays, &prepared, i, any);
 }

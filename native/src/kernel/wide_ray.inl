@@ -6,53 +6,44 @@
  * itself in every lane. */
 typedef struct wide_ray {
   uint32_t near[3], far[3]; /* floats into a node */
-  v_float origin[3], inverse[3], t_min;
-  v_float quick[3], begin[3], end[3]; /* of the quick test */
+  v_float t_min, quick[3], begin[3], end[3];
 } wide_ray;
 
-/* The quick test is bound * quick + begin: the rounding of all its steps, and the pad of all boxes
- * in the scene, are folded into `begin` and `end` as 2^-19 of what any bound may be away. `quick`
- * is the inverse direction, kept finite: axes that a ray does not move along still cull. */
-#define QUICK_PAD (2.0f * WHITTLE_BOX_PAD)
-#define QUICK_MOST 0x1p60f
-
-static inline void wide_ray_load(const single_ray *ray, wide_ray *w) {
+static inline void wide_ray_load(const prepared_rays *p, uint32_t lane, float t_min, wide_ray *w) {
   const uint32_t low = offsetof(wide_node, low) / sizeof(float);
   const uint32_t high = offsetof(wide_node, high) / sizeof(float);
-  const float *o = ray->exact.origin;
-  const float away = s_max(s_max(s_abs(o[0]), s_abs(o[1])), s_abs(o[2])) + 1.0f;
-  w->t_min = v_set(ray->exact.t_min);
-  for (int i = 0; i < 3; i++) {
-    const uint32_t axis = WHITTLE_WIDTH * (uint32_t)ray->exact.axis[i];
-    const float inverse = ray->exact.inverse[i];
-    const bool negative = inverse < 0.0f;
-    const float quick = s_max(s_min(inverse, QUICK_MOST), -QUICK_MOST);
-    const float room = away * s_abs(quick) * (QUICK_PAD - WHITTLE_BOX_PAD + WHITTLE_NODE_PAD);
-    w->near[i] = (negative ? high : low) + axis, w->far[i] = (negative ? low : high) + axis;
-    w->origin[i] = v_set(o[i]), w->inverse[i] = v_set(inverse), w->quick[i] = v_set(quick);
-    w->begin[i] = v_set(-(o[i] * quick) - room), w->end[i] = v_set(-(o[i] * quick) + room);
+  w->t_min = v_set(t_min);
+  for (uint32_t i = 0; i < 3; i++) {
+    const uint32_t swap = (p->negative[i] >> lane & 1) * (high - low);
+    w->near[i] = low + WHITTLE_WIDTH * i + swap, w->far[i] = high + WHITTLE_WIDTH * i - swap;
+    w->quick[i] = v_set(p->quick[i][lane]);
+    w->begin[i] = v_set(p->begin[i][lane]), w->end[i] = v_set(p->end[i][lane]);
   }
 }
 
 /* The children that a ray enters before its nearest hit, and where: s_slab, a child in each lane.
  */
-static inline uint32_t wide_fine_reach(const wide_ray *ray, float best, const wide_node *node,
-                                       float front[]) {
+static __attribute__((noinline, cold)) uint32_t wide_fine_reach(const single_ray *single,
+                                                                const wide_ray *ray,
+                                                                const wide_node *node,
+                                                                float front[]) {
   const float *numbers = (const float *)node;
+  const s_ray *exact = &single->exact;
   uint32_t found = 0;
   for (uint32_t i = 0; i < WHITTLE_WIDTH; i += WIDE_LANES) {
-    v_float near = ray->t_min, far = v_set(best);
+    v_float near = ray->t_min, far = v_set(single->best);
     v_float to_near[3], to_far[3], reach = v_set(0.0f);
     for (int k = 0; k < 3; k++) {
-      to_near[k] = v_load(numbers + ray->near[k] + i) - ray->origin[k];
-      to_far[k] = v_load(numbers + ray->far[k] + i) - ray->origin[k];
+      const v_float origin = v_set(exact->origin[k]);
+      to_near[k] = v_load(numbers + ray->near[exact->axis[k]] + i) - origin;
+      to_far[k] = v_load(numbers + ray->far[exact->axis[k]] + i) - origin;
       reach = v_max(v_max(v_abs(to_near[k]), v_abs(to_far[k])), reach);
     }
     const v_float room = reach * v_set(WHITTLE_NODE_PAD);
     for (int k = 0; k < 3; k++) {
-      const v_float outwards = v_copysign(room, ray->inverse[k]);
-      near = v_max((to_near[k] - outwards) * ray->inverse[k], near);
-      far = v_min((to_far[k] + outwards) * ray->inverse[k], far);
+      const v_float inverse = v_set(exact->inverse[k]), outwards = v_copysign(room, inverse);
+      near = v_max((to_near[k] - outwards) * inverse, near);
+      far = v_min((to_far[k] + outwards) * inverse, far);
     }
     const v_mask there = v_eq(v_load(&node->low[0][i]), v_load(&node->low[0][i]));
     found |= v_bits(v_and(there, v_le(near, far))) << i;
@@ -61,22 +52,48 @@ static inline uint32_t wide_fine_reach(const wide_ray *ray, float best, const wi
   return found & ((1u << WHITTLE_WIDTH) - 1);
 }
 
-/* At least those of wide_fine_reach, at no later fronts. */
+/* At least those of wide_fine_reach, at no later fronts. Only the NaN of a missing child makes NaN
+ * here; as the last one's second operand it stays, and compares false. */
 static inline uint32_t wide_quick_reach(const wide_ray *ray, float best, const wide_node *node,
                                         float front[]) {
   const float *numbers = (const float *)node;
   uint32_t found = 0;
   for (uint32_t i = 0; i < WHITTLE_WIDTH; i += WIDE_LANES) {
-    v_float near = ray->t_min, far = v_set(best);
+    v_float near[3], far[3];
     for (int k = 0; k < 3; k++) {
-      near = v_max(v_fused(v_load(numbers + ray->near[k] + i), ray->quick[k], ray->begin[k]), near);
-      far = v_min(v_fused(v_load(numbers + ray->far[k] + i), ray->quick[k], ray->end[k]), far);
+      near[k] = v_fused(v_load(numbers + ray->near[k] + i), ray->quick[k], ray->begin[k]);
+      far[k] = v_fused(v_load(numbers + ray->far[k] + i), ray->quick[k], ray->end[k]);
     }
-    const v_mask there = v_eq(v_load(&node->low[0][i]), v_load(&node->low[0][i]));
-    found |= v_bits(v_and(there, v_le(near, far))) << i;
-    v_store(front + i, near);
+    const v_float begin = v_max(v_max(near[0], ray->t_min), v_max(near[1], near[2]));
+    const v_float end = v_min(v_min(far[0], v_set(best)), v_min(far[1], far[2]));
+    found |= v_bits(v_le(begin, end)) << i;
+    v_store(front + i, begin);
   }
   return found & ((1u << WHITTLE_WIDTH) - 1);
+}
+
+/* Of the children in `reach`, at least one, the nearest, or if not `sorted` any; the others wait on
+ * the stack, the farthest lowest. */
+static inline __attribute__((always_inline)) wide_child
+wide_next(const whittle_scene *scene, const wide_node *node, uint32_t reach, const float front[],
+          wide_entry *stack, uint32_t *height, const bool sorted) {
+  uint32_t i = (uint32_t)__builtin_ctz(reach);
+  wide_entry next = {node->child[i], front[i]};
+  const uint32_t bottom = *height;
+  while ((reach &= reach - 1) != 0) {
+    i = (uint32_t)__builtin_ctz(reach);
+    wide_entry other = {node->child[i], front[i]};
+    if (sorted && other.front < next.front) {
+      const wide_entry nearer = other;
+      other = next, next = nearer;
+    }
+    uint32_t at = (*height)++;
+    for (; sorted && at > bottom && stack[at - 1].front < other.front; at--)
+      stack[at] = stack[at - 1];
+    stack[at] = other;
+    wide_prefetch(scene, other.child);
+  }
+  return next.child;
 }
 
 /* Tests a leaf's triangles; true if `any` and one is hit. */
@@ -94,36 +111,28 @@ static inline __attribute__((always_inline)) bool wide_ray_leaf(const trace_cont
   return false;
 }
 
-/* One ray; with `resume` it goes on from the hit that a packet found for it. */
-static inline __attribute__((always_inline)) void wide_single(const trace_context *context,
-                                                              ray_stream *rays, uint32_t i,
-                                                              const bool any, const bool resume) {
+/* Ray i, which has been prepared, from `child` down, for hits nearer than what it has. */
+static inline __attribute__((always_inline)) void
+wide_descend(const trace_context *context, ray_stream *rays, const prepared_rays *prepared,
+             uint32_t i, wide_child child, const bool any) {
   const whittle_scene *scene = context->scene;
   single_ray ray;
   wide_ray wide;
   wide_entry stack[WIDE_STACK];
   float front[WHITTLE_WIDTH + V_LANES];
   uint32_t height = 0;
-  if (!resume)
-    rays->record[i] = WHITTLE_NONE;
-  else if (any && rays->record[i] != WHITTLE_NONE)
-    return;
-  if (!(rays->t[i] > rays->t_min[i]))
-    return;
-  single_ray_load(rays, i, &ray);
-  wide_ray_load(&ray, &wide);
-  wide_child child = {0, WIDE_NODE};
+  single_ray_load(rays, i, prepared, &ray);
+  wide_ray_load(prepared, i % V_LANES, ray.exact.t_min, &wide);
   for (;;) {
     if (!wide_is_leaf(child)) {
       const wide_node *node = &scene->wide[child.first];
       const uint32_t reach = __builtin_expect(child.count == WIDE_NODE, 1)
                                  ? wide_quick_reach(&wide, ray.best, node, front)
-                                 : wide_fine_reach(&wide, ray.best, node, front);
-      if (reach != 0 && (reach & (reach - 1)) == 0) {
-        child = node->child[__builtin_ctz(reach)];
+                                 : wide_fine_reach(&ray, &wide, node, front);
+      if (reach != 0) {
+        child = wide_next(scene, node, reach, front, stack, &height, !any);
         continue;
       }
-      height = wide_push(scene, node, reach, front, stack, height, !any);
     } else if (wide_ray_leaf(context, rays, i, &ray, child, any)) {
       return;
     }
@@ -135,11 +144,35 @@ static inline __attribute__((always_inline)) void wide_single(const trace_contex
   }
 }
 
-/* The rays of a list, or with list NULL first .. first + count, one by one. */
-static inline __attribute__((always_inline)) void wide_alone(const trace_context *context,
-                                                             ray_stream *rays, const uint32_t *list,
-                                                             uint32_t first, uint32_t count,
-                                                             const bool any, const bool resume) {
-  for (uint32_t k = 0; k < count; k++)
-    wide_single(context, rays, list ? list[k] : first + k, any, resume);
+static __attribute__((noinline)) void wide_descend_any(const trace_context *context,
+                                                       ray_stream *rays,
+                                                       const prepared_rays *prepared, uint32_t i,
+                                                       wide_child child) {
+  wide_descend(context, rays, prepared, i, child, true);
+}
+
+static __attribute__((noinline)) void wide_descend_closest(const trace_context *context,
+                                                           ray_stream *rays,
+                                                           const prepared_rays *prepared,
+                                                           uint32_t i, wide_child child) {
+  wide_descend(context, rays, prepared, i, child, false);
+}
+
+/* The rays of a list, or with list NULL first .. first + count, one by one; with `resume` they go
+ * on from the hits that a packet found for them. */
+static void wide_alone(const trace_context *context, ray_stream *rays, const uint32_t *list,
+                       uint32_t first, uint32_t count, bool any, bool resume) {
+  const wide_child root = {0, WIDE_NODE};
+  prepared_rays prepared;
+  prepared.group = WHITTLE_NONE;
+  for (uint32_t k = 0; k < count; k++) {
+    const uint32_t i = list ? list[k] : first + k;
+    if (!resume)
+      rays->record[i] = WHITTLE_NONE;
+    if (!(rays->t[i] > rays->t_min[i]) || (any && rays->record[i] != WHITTLE_NONE))
+      continue;
+    prepare_ray(rays, i, &prepared);
+    any ? wide_descend_any(context, rays, &prepared, i, root)
+        : wide_descend_closest(context, rays, &prepared, i, root);
+  }
 }

@@ -118,7 +118,7 @@ static whittle_status prepare_watch(render_run *run, const whittle_image *image,
 
 /* How many rays make a packet of each kind, unless the settings say: measured, see benchmarks. */
 static void choose_packets(tile_context *context) {
-  static const uint32_t fast[WHITTLE_RAY_KINDS] = {256, 64, 64, 64};
+  static const uint32_t fast[WHITTLE_RAY_KINDS] = {256, 64, 256, 256};
   static const uint32_t lecture[WHITTLE_RAY_KINDS] = {256, 256, 64, 64};
   const whittle_settings *s = &context->settings;
   const uint32_t *chosen = s->mode == WHITTLE_LECTURE ? lecture : fast;
