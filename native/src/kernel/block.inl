@@ -1,7 +1,6 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* The triangles of a block against a packet: which lane groups may hit which, and the exact test.
- */
+/* The triangles of a block as a packet sees them, and which lane groups may hit which. */
 
 /* Room around a triangle's rectangle: |slope| <= 1 along the rays, so 8 ulp of 1 cover the rounding
  * of slopes and of sheared vertices (a hit has one vertex on each side of the ray on each axis). */
@@ -14,7 +13,7 @@
 typedef struct block_view {
   /* x, y, z in the order of the sheared space, relative to the rays' origin if they share one. */
   float vertex[9][VIEW_ROOM];
-  float low_x[VIEW_ROOM], high_x[VIEW_ROOM], low_y[VIEW_ROOM], high_y[VIEW_ROOM];
+  uint8_t low_x[VIEW_ROOM], high_x[VIEW_ROOM], low_y[VIEW_ROOM], high_y[VIEW_ROOM]; /* in steps */
   float front[VIEW_ROOM]; /* depth of the nearest vertex, with slack */
   uint32_t seen;          /* triangles whose rectangle meets that of the packet */
   uint32_t unsure;        /* triangles that reach behind the point: they have no rectangle */
@@ -63,8 +62,11 @@ static inline void view_lanes(const packet *p, const float *rows, uint32_t size,
   seen = v_and(seen, v_and(v_le(low_y, v_set(p->whole.slope_max[y])),
                            v_le(v_set(p->whole.slope_min[y]), high_y)));
   view->seen |= (there & v_bits(seen)) << at;
-  v_store(&view->low_x[at], low_x), v_store(&view->high_x[at], high_x);
-  v_store(&view->low_y[at], low_y), v_store(&view->high_y[at], high_y);
+  const group_steps *s = &p->steps;
+  v_store_bytes(&view->low_x[at], to_steps(low_x, s->origin_x, s->scale_x));
+  v_store_bytes(&view->high_x[at], to_steps(high_x, s->origin_x, s->scale_x));
+  v_store_bytes(&view->low_y[at], to_steps(low_y, s->origin_y, s->scale_y));
+  v_store_bytes(&view->high_y[at], to_steps(high_y, s->origin_y, s->scale_y));
   v_store(&view->front[at], nearest);
 }
 
@@ -73,17 +75,17 @@ static inline uint32_t groups_from(const packet *p, uint32_t g) {
   return (uint32_t)((1ull << (groups < V_LANES ? groups : V_LANES)) - 1);
 }
 
-/* The groups among V_LANES from `g` on whose rays pass through triangle i's rectangle, as bits. */
-static inline uint32_t groups_through(const packet *p, uint32_t g, const block_view *view,
+/* The groups among V_BYTES from `g` on whose rays pass through triangle i's rectangle, as bits. */
+static inline uint64_t groups_through(const packet *p, uint32_t g, const block_view *view,
                                       uint32_t i) {
-  const frustums *f = &p->groups;
-  const int x = v_next_axis[p->axis], y = v_next_axis[x];
-  v_mask at = v_le(v_set(view->front[i]), v_load(&f->deepest[g]));
-  at = v_and(at, v_le(v_load(&f->slope_min[x][g]), v_set(view->high_x[i])));
-  at = v_and(at, v_le(v_set(view->low_x[i]), v_load(&f->slope_max[x][g])));
-  at = v_and(at, v_le(v_load(&f->slope_min[y][g]), v_set(view->high_y[i])));
-  at = v_and(at, v_le(v_set(view->low_y[i]), v_load(&f->slope_max[y][g])));
-  return v_bits(at) & groups_from(p, g);
+  const group_steps *s = &p->steps;
+  v_bytes off = v_short_above(depth_step(view->front[i]), s->deepest + g);
+  off = v_bytes_or(off, v_bytes_above(v_load_bytes(s->low_x + g), v_set_bytes(view->high_x[i])));
+  off = v_bytes_or(off, v_bytes_above(v_set_bytes(view->low_x[i]), v_load_bytes(s->high_x + g)));
+  off = v_bytes_or(off, v_bytes_above(v_load_bytes(s->low_y + g), v_set_bytes(view->high_y[i])));
+  off = v_bytes_or(off, v_bytes_above(v_set_bytes(view->low_y[i]), v_load_bytes(s->high_y + g)));
+  const uint32_t groups = packet_groups(p) - g;
+  return v_bytes_zero(off) & (groups < 64 ? (1ull << groups) - 1 : UINT64_MAX);
 }
 
 /* The groups among V_LANES from `g` on whose frustums reach the triangle's box, as bits. */
@@ -97,29 +99,36 @@ static inline uint32_t groups_reaching(const packet *p, uint32_t g, const v_floa
 
 /* Pairs of a triangle of the block and a lane group that may hit it. Lists without branches, then
  * tests: what the processor cannot foresee costs more than arithmetic. */
-typedef struct pair {
-  uint32_t index, at;
-} pair;
+typedef uint32_t pair; /* at * WHITTLE_BLOCK + index */
+
+static inline uint32_t pair_index(pair p) {
+  return p % WHITTLE_BLOCK;
+}
+
+static inline uint32_t pair_at(pair p) {
+  return p / WHITTLE_BLOCK;
+}
 
 #define MOST_PAIRS (WHITTLE_BLOCK * WHITTLE_MAX_PACKET / V_LANES)
 
+/* Written four at a time, also those that are not there: how many there are is hard to foresee. */
+#define PAIRS_AT_ONCE 4
+
 static inline uint32_t add_pairs(pair *pairs, uint32_t n, uint32_t index, uint32_t g, uint64_t at) {
-  for (; at; at &= at - 1)
-    pairs[n++] = (pair){index, (g + (uint32_t)__builtin_ctzll(at)) * V_LANES};
-  return n;
+  const uint32_t end = n + (uint32_t)__builtin_popcountll(at);
+  const pair first = g * V_LANES * WHITTLE_BLOCK + index;
+  do {
+    for (uint32_t i = 0; i < PAIRS_AT_ONCE; i++, at &= at - 1)
+      pairs[n++] = first + (uint32_t)__builtin_ctzll(at | 1ull << 63) * (V_LANES * WHITTLE_BLOCK);
+  } while (n < end);
+  return end;
 }
 
 /* The pairs of triangle i with the groups that pass through its rectangle. */
 static inline uint32_t list_seen(const packet *p, const block_view *view, uint32_t i, pair *pairs,
                                  uint32_t n) {
-  const uint32_t groups = packet_groups(p);
-  for (uint32_t from = 0; from < groups; from += 64) {
-    const uint32_t end = groups < from + 64 ? groups : from + 64;
-    uint64_t through = 0;
-    for (uint32_t g = from; g < end; g += V_LANES)
-      through |= (uint64_t)groups_through(p, g, view, i) << (g - from);
-    n = add_pairs(pairs, n, i, from, through);
-  }
+  for (uint32_t g = 0; g < packet_groups(p); g += V_BYTES)
+    n = add_pairs(pairs, n, i, g, groups_through(p, g, view, i));
   return n;
 }
 
@@ -135,108 +144,4 @@ static inline uint32_t list_reached(const packet *p, const float *rows, uint32_t
   for (uint32_t g = 0; g < packet_groups(p); g += V_LANES)
     n = add_pairs(pairs, n, i, g, groups_reaching(p, g, low, high));
   return n;
-}
-
-/* Triangle i of a block relative to the rays' origins. */
-static inline __attribute__((always_inline)) v_relative block_relative(const v_ray *ray,
-                                                                       const block_view *view,
-                                                                       uint32_t i,
-                                                                       const bool common) {
-  v_relative r;
-  for (uint32_t vertex = 0; vertex < 3; vertex++) {
-    v_float *to[3] = {r.x, r.y, r.z};
-    for (uint32_t k = 0; k < 3; k++) {
-      to[k][vertex] = v_set(view->vertex[3 * vertex + k][i]);
-      if (!common)
-        to[k][vertex] = to[k][vertex] - ray->origin[k];
-    }
-  }
-  return r;
-}
-
-/* A pair in which a line passes the triangle's edges. */
-typedef struct passed_pair {
-  v_edges edges;
-  v_mask lanes;
-  pair pair;
-} passed_pair;
-
-/* Keeps the pairs in which a line passes the edges; gives their number. */
-static inline __attribute__((always_inline)) uint32_t
-pass_edges(const packet *p, const block_view *view, const pair *pairs, uint32_t count,
-           passed_pair *passed, const bool any, const bool common) {
-  const packet_lanes lanes = packet_lanes_of(p);
-  uint32_t kept = 0;
-  for (uint32_t i = 0; i < count; i++) {
-    const pair now = pairs[i];
-    const v_ray ray = lanes_ray(&lanes, now.at);
-    const v_relative relative = block_relative(&ray, view, now.index, common);
-    passed_pair *next = &passed[kept];
-    const v_mask open = any ? lanes_open(&lanes, now.at) : v_from_bits(UINT32_MAX);
-    next->lanes = v_edge_test(&ray, &relative, open, &next->edges);
-    next->pair = now;
-    kept += v_any(next->lanes);
-  }
-  return kept;
-}
-
-/* Tests the pairs of a block. */
-static inline __attribute__((always_inline)) void
-test_pairs(const trace_context *context, packet *p, uint32_t first, uint32_t size,
-           const block_view *view, const pair *pairs, uint32_t count, passed_pair *passed,
-           const bool any, const bool common) {
-  const float *rows = whittle_rows(&context->scene->triangles, first);
-  const uint32_t kept = pass_edges(p, view, pairs, count, passed, any, common);
-  const packet_lanes lanes = packet_lanes_of(p);
-  uint32_t now = WHITTLE_NONE;
-  bool changed = false;
-  triangle_plane plane;
-  p->work += 2 * count;
-  for (uint32_t i = 0; i < kept; i++) {
-    const pair at = passed[i].pair;
-    if (at.index != now) {
-      const triangle_record triangle = whittle_block_triangle(rows, size, at.index);
-      plane = whittle_plane(&triangle), now = at.index;
-    }
-    const v_ray ray = lanes_ray(&lanes, at.at);
-    const v_relative relative = block_relative(&ray, view, at.index, common);
-    v_mask open = passed[i].lanes;
-    if (any)
-      open = v_and(open, lanes_open(&lanes, at.at));
-    changed |= group_decide(context, p, at.at, &ray, &relative, &plane, &passed[i].edges, open,
-                            first + at.index, any);
-  }
-  if (changed)
-    packet_deepest(p);
-}
-
-/* The triangles of a block that a packet does not see. */
-static inline uint32_t hidden(const trace_context *context, uint32_t first, uint32_t size) {
-  uint32_t bits = 0;
-  for (uint32_t i = 0; i < size; i++)
-    bits |= (uint32_t)!sees(context, first + i) << i;
-  return bits;
-}
-
-static inline __attribute__((always_inline)) void
-wide_block(const trace_context *context, packet *p, uint32_t first, uint32_t size,
-           passed_pair *passed, const bool any, const packet_view from) {
-  const float *rows = whittle_rows(&context->scene->triangles, first);
-  pair pairs[MOST_PAIRS];
-  block_view view;
-  uint32_t n = 0, masked = context->masked ? hidden(context, first, size) : 0;
-  uint32_t rest = ((1u << size) - 1) & ~masked;
-  for (uint32_t at = 0; from == NO_VIEW && at < size; at += V_LANES)
-    copy_vertices(p, rows, size, at, &view);
-  if (from != NO_VIEW) {
-    view.seen = view.unsure = 0;
-    for (uint32_t at = 0; at < size; at += V_LANES)
-      view_lanes(p, rows, size, at, &view, from);
-    for (uint32_t seen = view.seen & rest; seen; seen &= seen - 1)
-      n = list_seen(p, &view, (uint32_t)__builtin_ctz(seen), pairs, n);
-    rest &= view.unsure;
-  }
-  for (; rest; rest &= rest - 1)
-    n = list_reached(p, rows, size, (uint32_t)__builtin_ctz(rest), pairs, n);
-  test_pairs(context, p, first, size, &view, pairs, n, passed, any, from == FROM_ORIGIN);
 }

@@ -34,11 +34,14 @@ static void load_origins(const scene_frame *frame, const whittle_rays *rays, siz
     float *restrict origin = chunk->origin[axis];
     const double center = frame->center[axis];
     gather(&rays->origins, first, one ? 1 : count, axis, origin);
-    if (one)
+    for (uint32_t i = 0; i < (one ? 1 : count); i++)
+      origin[i] = (float)(((double)origin[i] - center) * factor);
+    if (one) {
       for (uint32_t i = 1; i < count; i++)
         origin[i] = origin[0];
-    for (uint32_t i = 0; i < count; i++)
-      origin[i] = (float)(((double)origin[i] - center) * factor);
+      if (fabsf(origin[0]) <= FLT_MAX)
+        continue;
+    }
     for (uint32_t i = 0; i < count; i++)
       odd[i] |= fabsf(origin[i]) <= FLT_MAX ? 0u : 1u;
   }

@@ -76,3 +76,54 @@ static inline v_mask frustum_reaches(const v_frustum *f, int k, bool negative, c
   *depth = front;
   return meets;
 }
+
+/* A frustum whose lines nearly meet in a point, for boxes of nodes that are not small beside the
+ * scene, which is about 1 wide: four planes through the point, and two across the axis. All slack
+ * is folded into the planes: twice FRUSTUM_SLACK of the farthest that anything can be away, because
+ * it counts for both of a plane's bounds, and as much again for the rounding of these few steps. */
+typedef struct point_frustum {
+  uint32_t front, back;     /* rows of a node: its bounds along the axis as they are met */
+  uint32_t turn[4], row[4]; /* bound along the axis that a plane takes, and that beside it */
+  float slope[4], side[4];  /* slope * turn + side * row + offset >= 0 where the plane is passed */
+  float offset[4], begin, end, sense;
+} point_frustum;
+
+/* `low` and `high` are the rows of the bounds on the axes in order. */
+static inline point_frustum point_frustum_of(const frustum *f, const float point[3], float spread,
+                                             const int order[3], bool negative,
+                                             const uint32_t low[3], const uint32_t high[3]) {
+  const float away = s_max(s_max(s_abs(point[0]), s_abs(point[1])), s_abs(point[2])) + 1.0f;
+  const float room = 2.0f * spread + away * (4.0f * FRUSTUM_SLACK);
+  const int k = order[2];
+  point_frustum planes = {.sense = negative ? -1.0f : 1.0f};
+  planes.front = negative ? high[k] : low[k], planes.back = negative ? low[k] : high[k];
+  const float depth = planes.sense * point[k];
+  planes.begin = -depth - room, planes.end = -depth + room;
+  for (int i = 0; i < 2; i++) {
+    const int a = order[i];
+    const float least = f->slope_min[a], most = f->slope_max[a];
+    /* least * depth <= high, low <= most * depth */
+    planes.row[2 * i] = high[a], planes.side[2 * i] = 1.0f;
+    planes.slope[2 * i] = -least * planes.sense;
+    planes.turn[2 * i] = least < 0.0f ? planes.back : planes.front;
+    planes.offset[2 * i] = room - point[a] + least * depth;
+    planes.row[2 * i + 1] = low[a], planes.side[2 * i + 1] = -1.0f;
+    planes.slope[2 * i + 1] = most * planes.sense;
+    planes.turn[2 * i + 1] = most < 0.0f ? planes.front : planes.back;
+    planes.offset[2 * i + 1] = room + point[a] - most * depth;
+  }
+  return planes;
+}
+
+/* The lanes whose box, in rows of a node, the frustum may reach no deeper than `deepest`. */
+static inline v_mask point_frustum_reaches(const point_frustum *f, const float *rows, float deepest,
+                                           v_float *depth) {
+  const v_float sense = v_set(f->sense), nothing = v_set(0.0f);
+  v_float least = v_fused(v_load(rows + f->back), sense, v_set(f->end));
+  *depth = v_fused(v_load(rows + f->front), sense, v_set(f->begin));
+  for (int i = 0; i < 4; i++) {
+    const v_float to = v_fused(v_load(rows + f->row[i]), v_set(f->side[i]), v_set(f->offset[i]));
+    least = v_min(v_fused(v_load(rows + f->turn[i]), v_set(f->slope[i]), to), least);
+  }
+  return v_and(v_le(nothing, least), v_le(*depth, v_set(deepest)));
+}

@@ -134,6 +134,7 @@ static inline void whittle_prefetch(const void *p) {
 
 #if defined(__AVX512F__)
 #define V_LANES 16
+#define V_BYTES 64
 typedef __m512 v_float;
 typedef __m512i v_uint;
 typedef __mmask16 v_mask;
@@ -229,12 +230,50 @@ static inline float v_reduce_min(v_float a) {
 static inline float v_reduce_max(v_float a) {
   return _mm512_reduce_max_ps(a);
 }
+/* The least of each of V_LANES rows. */
+static inline v_float v_least_of_rows(const v_float row[V_LANES]) {
+  float least[V_LANES];
+  for (int i = 0; i < V_LANES; i++)
+    least[i] = _mm512_reduce_min_ps(row[i]);
+  return _mm512_loadu_ps(least);
+}
+
+/* Bytes and shorts of many lane groups, which v_store_bytes makes of lanes. */
+typedef __m512i v_bytes;
+
+/* Numbers from 0 to 255, rounded down. */
+static inline void v_store_bytes(uint8_t *p, v_float a) {
+  _mm_storeu_si128((__m128i *)p, _mm512_cvtusepi32_epi8(_mm512_cvttps_epi32(a)));
+}
+static inline v_bytes v_set_bytes(uint8_t x) {
+  return _mm512_set1_epi8((char)x);
+}
+static inline v_bytes v_load_bytes(const void *p) {
+  return _mm512_loadu_si512(p);
+}
+/* Not 0 where a > b. */
+static inline v_bytes v_bytes_above(v_bytes a, v_bytes b) {
+  return _mm512_subs_epu8(a, b);
+}
+/* The same of a short and V_BYTES others, in the order of v_short_place. */
+static inline v_bytes v_short_above(int16_t a, const int16_t *b) {
+  const __m512i all = _mm512_set1_epi16(a);
+  return _mm512_packus_epi16(_mm512_subs_epi16(all, _mm512_loadu_si512(b)),
+                             _mm512_subs_epi16(all, _mm512_loadu_si512(b + V_BYTES / 2)));
+}
+static inline v_bytes v_bytes_or(v_bytes a, v_bytes b) {
+  return _mm512_or_si512(a, b);
+}
+static inline uint64_t v_bytes_zero(v_bytes a) {
+  return _mm512_testn_epi8_mask(a, a);
+}
 
 /* ---- AVX2: eight lanes
  * ---------------------------------------------------------------------------- */
 
 #elif defined(__AVX2__)
 #define V_LANES 8
+#define V_BYTES 32
 typedef __m256 v_float;
 typedef __m256i v_uint;
 typedef __m256 v_mask;
@@ -334,12 +373,55 @@ static inline float v_reduce_max(v_float a) {
   const __m128 q = _mm_max_ps(h, _mm_movehl_ps(h, h));
   return _mm_cvtss_f32(_mm_max_ss(q, _mm_shuffle_ps(q, q, 1)));
 }
+static inline v_float v_least_of_rows(const v_float row[V_LANES]) {
+  __m256 pair[4], four[2];
+  for (int i = 0; i < 4; i++)
+    pair[i] = _mm256_min_ps(_mm256_unpacklo_ps(row[2 * i], row[2 * i + 1]),
+                            _mm256_unpackhi_ps(row[2 * i], row[2 * i + 1]));
+  for (int i = 0; i < 2; i++) {
+    const __m256d a = _mm256_castps_pd(pair[2 * i]), b = _mm256_castps_pd(pair[2 * i + 1]);
+    four[i] = _mm256_min_ps(_mm256_castpd_ps(_mm256_unpacklo_pd(a, b)),
+                            _mm256_castpd_ps(_mm256_unpackhi_pd(a, b)));
+  }
+  return _mm256_min_ps(_mm256_permute2f128_ps(four[0], four[1], 0x20),
+                       _mm256_permute2f128_ps(four[0], four[1], 0x31));
+}
+
+typedef __m256i v_bytes;
+
+static inline void v_store_bytes(uint8_t *p, v_float a) {
+  const __m256i whole = _mm256_cvttps_epi32(a);
+  const __m128i shorts =
+      _mm_packus_epi32(_mm256_castsi256_si128(whole), _mm256_extracti128_si256(whole, 1));
+  _mm_storel_epi64((__m128i *)p, _mm_packus_epi16(shorts, shorts));
+}
+static inline v_bytes v_set_bytes(uint8_t x) {
+  return _mm256_set1_epi8((char)x);
+}
+static inline v_bytes v_load_bytes(const void *p) {
+  return _mm256_loadu_si256((const __m256i *)p);
+}
+static inline v_bytes v_bytes_above(v_bytes a, v_bytes b) {
+  return _mm256_subs_epu8(a, b);
+}
+static inline v_bytes v_short_above(int16_t a, const int16_t *b) {
+  const __m256i all = _mm256_set1_epi16(a);
+  return _mm256_packus_epi16(_mm256_subs_epi16(all, v_load_bytes(b)),
+                             _mm256_subs_epi16(all, v_load_bytes(b + V_BYTES / 2)));
+}
+static inline v_bytes v_bytes_or(v_bytes a, v_bytes b) {
+  return _mm256_or_si256(a, b);
+}
+static inline uint64_t v_bytes_zero(v_bytes a) {
+  return (uint32_t)_mm256_movemask_epi8(_mm256_cmpeq_epi8(a, _mm256_setzero_si256()));
+}
 
 /* ---- SSE4.2: four lanes
  * ---------------------------------------------------------------------------- */
 
 #elif defined(__SSE4_2__)
 #define V_LANES 4
+#define V_BYTES 16
 typedef __m128 v_float;
 typedef __m128i v_uint;
 typedef __m128 v_mask;
@@ -437,8 +519,48 @@ static inline float v_reduce_max(v_float a) {
   const __m128 q = _mm_max_ps(a, _mm_movehl_ps(a, a));
   return _mm_cvtss_f32(_mm_max_ss(q, _mm_shuffle_ps(q, q, 1)));
 }
+static inline v_float v_least_of_rows(const v_float row[V_LANES]) {
+  __m128 a = row[0], b = row[1], c = row[2], d = row[3];
+  _MM_TRANSPOSE4_PS(a, b, c, d);
+  return _mm_min_ps(_mm_min_ps(a, b), _mm_min_ps(c, d));
+}
+
+typedef __m128i v_bytes;
+
+static inline void v_store_bytes(uint8_t *p, v_float a) {
+  const __m128i whole = _mm_cvttps_epi32(a), shorts = _mm_packus_epi32(whole, whole);
+  const int bytes = _mm_cvtsi128_si32(_mm_packus_epi16(shorts, shorts));
+  memcpy(p, &bytes, sizeof bytes);
+}
+static inline v_bytes v_set_bytes(uint8_t x) {
+  return _mm_set1_epi8((char)x);
+}
+static inline v_bytes v_load_bytes(const void *p) {
+  return _mm_loadu_si128((const __m128i *)p);
+}
+static inline v_bytes v_bytes_above(v_bytes a, v_bytes b) {
+  return _mm_subs_epu8(a, b);
+}
+static inline v_bytes v_short_above(int16_t a, const int16_t *b) {
+  const __m128i all = _mm_set1_epi16(a);
+  return _mm_packus_epi16(_mm_subs_epi16(all, v_load_bytes(b)),
+                          _mm_subs_epi16(all, v_load_bytes(b + V_BYTES / 2)));
+}
+static inline v_bytes v_bytes_or(v_bytes a, v_bytes b) {
+  return _mm_or_si128(a, b);
+}
+static inline uint64_t v_bytes_zero(v_bytes a) {
+  return (uint32_t)_mm_movemask_epi8(_mm_cmpeq_epi8(a, _mm_setzero_si128()));
+}
 #endif
 
 static inline int v_any(v_mask a) {
   return v_bits(a) != 0;
+}
+
+/* Where v_short_above looks for the short of byte i: packing two vectors takes eight shorts of the
+ * one and of the other in turns. */
+static inline uint32_t v_short_place(uint32_t i) {
+  const uint32_t eight = i % V_BYTES / 8;
+  return i - i % V_BYTES + eight % 2 * (V_BYTES / 2) + eight / 2 * 8 + i % 8;
 }

@@ -24,9 +24,17 @@ static inline bool wins_tie(const triangle_store *store, uint32_t record, uint32
 
 #include "kernel/packet.inl"
 
+#include "kernel/prepare.inl"
+
+#include "kernel/group.inl"
+
 #include "kernel/lecture.inl"
 
 #include "kernel/block.inl"
+
+#include "kernel/faces.inl"
+
+#include "kernel/pairs.inl"
 
 #include "kernel/wide.inl"
 
@@ -73,30 +81,32 @@ static inline v_uint lane_classes(const ray_stream *rays, uint32_t at) {
   return v_selectu(ahead, octant | longest, v_setu(RAY_ALONE));
 }
 
-/* The lanes of one group that are of a class. */
-static inline uint32_t class_lanes(const ray_stream *rays, uint32_t at, uint32_t class) {
-  const int k = (int)class / 8;
-  const v_float nothing = v_set(0.0f), t_min = v_load(rays->t_min + at);
-  const v_float longest = v_abs(v_load(rays->direction[k] + at));
-  v_mask in = v_and(v_lt(t_min, v_load(rays->t + at)), v_le(nothing, t_min));
-  for (int axis = 0; axis < 3; axis++) {
-    const v_float d = v_load(rays->direction[axis] + at);
-    const v_mask negative = v_lt(d, nothing);
-    in = class >> axis & 1 ? v_and(in, negative) : v_andnot(in, negative);
-    in = v_and(in, axis < k ? v_lt(v_abs(d), longest) : v_le(v_abs(d), longest));
-  }
-  return v_bits(in);
-}
-
 /* Whether rays first .. first + count are all of one class, as coherent packets mostly are. */
 static bool one_class(const ray_stream *rays, uint32_t first, uint32_t count, uint32_t class) {
+  const uint32_t every = (uint32_t)((1ull << V_LANES) - 1);
+  const uint32_t last = every >> ((count + V_LANES - 1) / V_LANES * V_LANES - count);
+  const int k = (int)class / 8;
+  const v_float nothing = v_set(0.0f);
+  const v_mask all = v_from_bits(every);
+  v_mask negative[3] = {all, all, all}, positive[3] = {all, all, all}, in = all;
   for (uint32_t i = 0; i < count; i += V_LANES) {
-    const uint32_t lanes = count - i < V_LANES ? count - i : V_LANES;
-    const uint32_t all = (uint32_t)((1ull << lanes) - 1);
-    if ((class_lanes(rays, first + i, class) & all) != all)
-      return false;
+    const uint32_t at = first + i;
+    const v_mask dead = v_from_bits(count - i < V_LANES ? every & ~last : 0);
+    const v_float t_min = v_load(rays->t_min + at);
+    const v_float longest = v_abs(v_load(rays->direction[k] + at));
+    v_mask good = v_and(v_lt(t_min, v_load(rays->t + at)), v_le(nothing, t_min));
+    for (int axis = 0; axis < 3; axis++) {
+      const v_float d = v_load(rays->direction[axis] + at);
+      const v_mask below = v_lt(d, nothing);
+      negative[axis] = v_and(negative[axis], v_or(below, dead));
+      positive[axis] = v_andnot(positive[axis], v_andnot(below, dead));
+      good = v_and(good, axis < k ? v_lt(v_abs(d), longest) : v_le(v_abs(d), longest));
+    }
+    in = v_and(in, v_or(good, dead));
   }
-  return true;
+  for (int axis = 0; axis < 3; axis++)
+    in = v_and(in, class >> axis & 1 ? negative[axis] : positive[axis]);
+  return v_bits(in) == every;
 }
 
 /* Whether these rays fill their groups of lanes, so that no other packet's rays lie in them. */

@@ -151,20 +151,14 @@ static inline REAL FN(plane_distance)(const FN(ray) * ray, const FN(relative) * 
   return above / along * ray->inverse[2];
 }
 
-/* The lanes of `active`, which have passed the edges, that hit the triangle in (t_min, best]; t, u
- * and v are valid in those. In those of `tied`, t is `best`: the order of triangles decides. */
-static inline __attribute__((always_inline)) MASK FN(decide)(const FN(ray) * ray,
-                                                             const FN(relative) * relative,
-                                                             const triangle_plane *plane,
-                                                             const FN(edges) * edges, MASK active,
-                                                             REAL best, REAL *t, REAL *u, REAL *v,
+/* The lanes of `active`, which have passed the edges, that hit the triangle in (t_min, best], given
+ * the distance of its plane and the interval of its box; *t is valid in those. In those of `tied`,
+ * t is `best`: the order of triangles decides. */
+static inline __attribute__((always_inline)) MASK FN(settle)(MASK active, REAL determinant,
+                                                             REAL distance, REAL near, REAL far,
+                                                             REAL t_min, REAL best, REAL *t,
                                                              MASK *tied, uint64_t *own_box_misses) {
-  const REAL determinant = (edges->u + edges->v) + edges->w;
-  const REAL nothing = FN(set)(0.0f);
-  active = FN(andnot)(active, FN(eq)(determinant, nothing));
-  REAL distance = FN(plane_distance)(ray, relative, plane);
-  REAL near, far;
-  FN(slab)(ray, plane->low, plane->high, WHITTLE_BOX_PAD, &near, &far);
+  active = FN(andnot)(active, FN(eq)(determinant, FN(set)(0.0f)));
   const MASK inside = FN(le)(near, far);
   const uint32_t outside = FN(bits)(FN(andnot)(active, inside));
   if (__builtin_expect(outside != 0, 0))
@@ -173,13 +167,31 @@ static inline __attribute__((always_inline)) MASK FN(decide)(const FN(ray) * ray
 #ifndef WHITTLE_BREAK_CLAMP
   distance = FN(min)(FN(max)(distance, near), far);
 #endif
-  active = FN (and)(active, FN (and)(FN(lt)(ray->t_min, distance), FN(le)(distance, best)));
+  active = FN (and)(active, FN (and)(FN(lt)(t_min, distance), FN(le)(distance, best)));
   *tied = FN (and)(active, FN(eq)(distance, best));
   *t = distance;
-  /* + 0 turns -0 into 0: mirrored shears would else differ in the sign of zero. */
-  *u = edges->v / determinant + nothing;
-  *v = edges->w / determinant + nothing;
   return active;
+}
+
+/* + 0 turns -0 into 0: mirrored shears would else differ in the sign of zero. */
+static inline REAL FN(weight)(REAL edge, REAL determinant) {
+  return edge / determinant + FN(set)(0.0f);
+}
+
+/* FN(settle) for any rays; u and v are valid where t is. */
+static inline __attribute__((always_inline)) MASK FN(decide)(const FN(ray) * ray,
+                                                             const FN(relative) * relative,
+                                                             const triangle_plane *plane,
+                                                             const FN(edges) * edges, MASK active,
+                                                             REAL best, REAL *t, REAL *u, REAL *v,
+                                                             MASK *tied, uint64_t *own_box_misses) {
+  const REAL determinant = (edges->u + edges->v) + edges->w;
+  const REAL distance = FN(plane_distance)(ray, relative, plane);
+  REAL near, far;
+  FN(slab)(ray, plane->low, plane->high, WHITTLE_BOX_PAD, &near, &far);
+  *u = FN(weight)(edges->v, determinant), *v = FN(weight)(edges->w, determinant);
+  return FN(settle)(active, determinant, distance, near, far, ray->t_min, best, t, tied,
+                    own_box_misses);
 }
 
 #undef REAL

@@ -65,6 +65,48 @@ static inline uint32_t wide_reach(const packet *p, const v_frustum *f, const wid
   return reach & ((1u << WHITTLE_WIDTH) - 1);
 }
 
+/* The same of a packet with a view, for nodes that are not small beside the scene. */
+static inline uint32_t wide_reach_quickly(const packet *p, const point_frustum *f,
+                                          const wide_node *node, float front[]) {
+  uint32_t reach = 0;
+  for (uint32_t i = 0; i < WHITTLE_WIDTH; i += WIDE_LANES) {
+    v_float depth;
+    reach |= v_bits(point_frustum_reaches(f, (const float *)node + i, p->whole.deepest, &depth))
+             << i;
+    v_store(front + i, depth);
+  }
+  return reach & ((1u << WHITTLE_WIDTH) - 1);
+}
+
+static inline point_frustum wide_planes(const packet *p) {
+  uint32_t low[3], high[3];
+  for (uint32_t axis = 0; axis < 3; axis++) {
+    low[axis] = (uint32_t)(offsetof(wide_node, low) / sizeof(float)) + axis * WHITTLE_WIDTH;
+    high[axis] = (uint32_t)(offsetof(wide_node, high) / sizeof(float)) + axis * WHITTLE_WIDTH;
+  }
+  return point_frustum_of(&p->whole, p->point, p->spread, p->order, p->looks_negative, low, high);
+}
+
+/* Pushes the children in `reach`, the farthest first: each goes to where its rank is, so that
+ * nothing is to be foreseen but their number. */
+static inline uint32_t wide_push_ranked(const whittle_scene *scene, const wide_node *node,
+                                        uint32_t reach, const float front[], wide_entry *stack,
+                                        uint32_t height) {
+  for (uint32_t rest = reach; rest; rest &= rest - 1) {
+    const uint32_t i = (uint32_t)__builtin_ctz(rest);
+    const v_float own = v_set(front[i]);
+    uint32_t deeper = 0, even = 0;
+    for (uint32_t k = 0; k < WHITTLE_WIDTH; k += WIDE_LANES) {
+      deeper |= v_bits(v_lt(own, v_load(front + k))) << k;
+      even |= v_bits(v_eq(own, v_load(front + k))) << k;
+    }
+    const uint32_t below = (deeper | (even & ((1u << i) - 1))) & reach;
+    wide_prefetch(scene, node->child[i]);
+    stack[height + (uint32_t)__builtin_popcount(below)] = (wide_entry){node->child[i], front[i]};
+  }
+  return height + (uint32_t)__builtin_popcount(reach);
+}
+
 /* Of the children in `reach` those that a ray of the packet enters. */
 static inline uint32_t wide_entered(packet *p, const wide_node *node, uint32_t reach) {
   uint32_t entered = 0;
@@ -96,12 +138,15 @@ static inline __attribute__((always_inline)) void wide_leaf(const trace_context 
 
 /* False if the packet came to no end within its budget; what it found until then holds. */
 static inline __attribute__((always_inline)) bool
-wide_traverse(const trace_context *context, packet *p, const bool any, const packet_view from) {
+packet_descend(const trace_context *context, packet *p, const bool any, const packet_view from) {
   const whittle_scene *scene = context->scene;
   wide_entry stack[WIDE_STACK];
   float front[WHITTLE_WIDTH + V_LANES];
   passed_pair passed[MOST_PAIRS];
   uint32_t height = 1;
+  point_frustum planes;
+  if (from != NO_VIEW)
+    planes = wide_planes(p);
   stack[0] = (wide_entry){.child = {0, WIDE_NODE}};
   while (height > 0 && p->alive > 0) {
     const wide_entry entry = stack[--height];
@@ -114,11 +159,25 @@ wide_traverse(const trace_context *context, packet *p, const bool any, const pac
       continue;
     }
     const wide_node *node = &scene->wide[entry.child.first];
-    const v_frustum f = frustum_everywhere(&p->whole);
-    uint32_t reach = wide_reach(p, &f, node, front);
+    uint32_t reach;
+    if (from != NO_VIEW && entry.child.count == WIDE_NODE) {
+      reach = wide_reach_quickly(p, &planes, node, front);
+    } else {
+      const v_frustum f = frustum_everywhere(&p->whole);
+      reach = wide_reach(p, &f, node, front);
+    }
     if (from == NO_VIEW)
       reach = wide_entered(p, node, reach);
-    height = wide_push(scene, node, reach, front, stack, height, !any);
+    height = any ? wide_push(scene, node, reach, front, stack, height, false)
+                 : wide_push_ranked(scene, node, reach, front, stack, height);
   }
   return true;
+}
+
+static inline __attribute__((always_inline)) bool
+wide_traverse(const trace_context *context, packet *p, const bool any, const packet_view from) {
+  const bool done = packet_descend(context, p, any, from);
+  if (from == FROM_ORIGIN && !any && p->has_inverse)
+    finish_weights(p);
+  return done;
 }

@@ -1,0 +1,195 @@
+/* SPDX-FileCopyrightText: 2026 The Whittle Authors
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+/* What tests need of a packet: where it is seen from, its frustums, and its rays' numbers. */
+
+/* Whether all rays start at one point. */
+static bool shares_origin(const packet *p) {
+  v_mask same = v_from_bits((uint32_t)((1ull << V_LANES) - 1));
+  for (int axis = 0; axis < 3; axis++) {
+    const v_float origin = v_set(p->origin[axis][0]);
+    for (uint32_t at = 0; at < p->count; at += V_LANES)
+      same = v_and(same, v_eq(origin, v_load(&p->origin[axis][at])));
+  }
+  return v_bits(same) == (uint32_t)((1ull << V_LANES) - 1);
+}
+
+/* Ends this much of their length apart still count as one: the rectangles are grown by it. */
+#define END_SPREAD 0x1p-10f
+
+/* Whether all rays end at nearly one point; then `point` is it. */
+static bool shares_end(packet *p) {
+  const float t = p->t[0];
+  v_float off = v_set(0.0f), size = off, length = off;
+  v_mask same = v_from_bits((uint32_t)((1ull << V_LANES) - 1));
+  for (int axis = 0; axis < 3; axis++)
+    p->point[axis] = p->origin[axis][0] + p->direction[axis][0] * t;
+  for (uint32_t at = 0; at < p->count; at += V_LANES) {
+    same = v_and(same, v_eq(v_load(&p->t[at]), v_set(t)));
+    for (int axis = 0; axis < 3; axis++) {
+      const v_float origin = v_load(&p->origin[axis][at]);
+      const v_float along = v_load(&p->direction[axis][at]) * v_set(t);
+      off = v_max(v_abs((origin + along) - v_set(p->point[axis])), off);
+      size = v_max(v_abs(origin), size), length = v_max(v_abs(along), length);
+    }
+  }
+  const float reach = v_reduce_max(size) + v_reduce_max(length);
+  p->spread = 2.0f * v_reduce_max(off) + reach * FRUSTUM_SLACK;
+  return v_bits(same) == (uint32_t)((1ull << V_LANES) - 1) && reach <= FLT_MAX &&
+         p->spread <= v_reduce_max(length) * END_SPREAD;
+}
+
+static packet_view choose_view(packet *p, bool any) {
+  p->spread = 0.0f;
+  p->looks_negative = p->negative[p->axis];
+  if (shares_origin(p)) {
+    for (int axis = 0; axis < 3; axis++)
+      p->point[axis] = p->origin[axis][0];
+    return FROM_ORIGIN;
+  }
+  if (!any || !shares_end(p))
+    return NO_VIEW;
+  p->looks_negative = !p->negative[p->axis];
+  return FROM_END;
+}
+
+/* What slab tests read. + 0 turns -0 into 0, which is what the octant takes it for. */
+static void prepare_inverse(packet *p) {
+  for (int axis = 0; axis < 3; axis++)
+    for (uint32_t at = 0; at < p->count; at += V_LANES)
+      v_store(&p->inverse[axis][at], v_set(1.0f) / (v_load(&p->direction[axis][at]) + v_set(0.0f)));
+  p->has_inverse = true;
+}
+
+/* The ranges of the origins. */
+static void prepare_origins(packet *p) {
+  for (int axis = 0; axis < 3; axis++) {
+    frustums *f = &p->groups;
+    uint32_t g = 0;
+    for (uint32_t at = 0; at < p->count; at += V_LANES, g++) {
+      const v_float origin = v_load(&p->origin[axis][at]);
+      f->origin_min[axis][g] = v_reduce_min(origin);
+      f->origin_max[axis][g] = v_reduce_max(origin);
+    }
+    p->whole.origin_min[axis] = least_of(f->origin_min[axis], g);
+    p->whole.origin_max[axis] = most_of(f->origin_max[axis], g);
+  }
+}
+
+/* The same of a packet with a view. */
+static void prepare_point(packet *p) {
+  for (int axis = 0; axis < 3; axis++) {
+    const float low = p->point[axis] - p->spread, high = p->point[axis] + p->spread;
+    p->whole.origin_min[axis] = low, p->whole.origin_max[axis] = high;
+    for (uint32_t g = 0; g < packet_groups(p); g += V_LANES) {
+      v_store(&p->groups.origin_min[axis][g], v_set(low));
+      v_store(&p->groups.origin_max[axis][g], v_set(high));
+    }
+  }
+}
+
+/* The shears of a group, and rows that prepare_slopes reduces: least and most slopes, and depths;
+ * those of which the most is wanted are turned round. */
+static inline void group_slopes(packet *p, uint32_t at, v_float sense, v_float rows[5]) {
+  const v_float depth = v_load(&p->direction[p->order[2]][at]), nothing = v_set(0.0f);
+  for (int i = 0; i < 2; i++) {
+    const v_float shear = v_load(&p->direction[p->order[i]][at]) / depth;
+    v_store((i == 0 ? p->shear_x : p->shear_y) + at, shear);
+    rows[2 * i] = shear * sense, rows[2 * i + 1] = nothing - rows[2 * i];
+  }
+  rows[4] = nothing - v_load(&p->t[at]) * v_abs(depth);
+}
+
+static void prepare_slopes(packet *p) {
+  const int kx = p->order[0], ky = p->order[1], kz = p->order[2];
+  const uint32_t groups = packet_groups(p);
+  const v_float sense = v_set(p->looks_negative ? -1.0f : 1.0f), nothing = v_set(0.0f);
+  frustums *f = &p->groups;
+  for (uint32_t g = 0; g < groups; g += V_LANES) {
+    v_float rows[5][V_LANES], each[5];
+    for (uint32_t i = 0; i < V_LANES; i++) {
+      const uint32_t group = g + i < groups ? g + i : g;
+      group_slopes(p, group * V_LANES, sense, each);
+      for (int row = 0; row < 5; row++)
+        rows[row][i] = each[row];
+    }
+    v_store(&f->slope_min[kx][g], v_least_of_rows(rows[0]));
+    v_store(&f->slope_max[kx][g], nothing - v_least_of_rows(rows[1]));
+    v_store(&f->slope_min[ky][g], v_least_of_rows(rows[2]));
+    v_store(&f->slope_max[ky][g], nothing - v_least_of_rows(rows[3]));
+    v_store(&f->slope_min[kz][g], v_set(1.0f)), v_store(&f->slope_max[kz][g], v_set(1.0f));
+    v_store(&f->deepest[g], (nothing - v_least_of_rows(rows[4])) * v_set(1.0f + FRUSTUM_SLACK));
+  }
+  for (int axis = 0; axis < 3; axis++) {
+    p->whole.slope_min[axis] = least_of(f->slope_min[axis], groups);
+    p->whole.slope_max[axis] = most_of(f->slope_max[axis], groups);
+  }
+}
+
+static inline v_float to_steps(v_float slope, float origin, float scale) {
+  const v_float steps = (slope - v_set(origin)) * v_set(scale);
+  return v_min(v_max(steps, v_set(0.0f)), v_set(STEPS));
+}
+
+static inline int16_t depth_step(float depth) {
+  return (int16_t)(float_bits(depth) >> 16);
+}
+
+static inline float steps_scale(float low, float high) {
+  return STEPS / s_max(high - low, 0x1p-60f);
+}
+
+static void prepare_steps(packet *p) {
+  const int x = v_next_axis[p->axis], y = v_next_axis[x];
+  const frustums *f = &p->groups;
+  group_steps *s = &p->steps;
+  s->origin_x = p->whole.slope_min[x], s->origin_y = p->whole.slope_min[y];
+  s->scale_x = steps_scale(s->origin_x, p->whole.slope_max[x]);
+  s->scale_y = steps_scale(s->origin_y, p->whole.slope_max[y]);
+  for (uint32_t g = 0; g < packet_groups(p); g += V_LANES) {
+    v_store_bytes(s->low_x + g, to_steps(v_load(&f->slope_min[x][g]), s->origin_x, s->scale_x));
+    v_store_bytes(s->high_x + g, to_steps(v_load(&f->slope_max[x][g]), s->origin_x, s->scale_x));
+    v_store_bytes(s->low_y + g, to_steps(v_load(&f->slope_min[y][g]), s->origin_y, s->scale_y));
+    v_store_bytes(s->high_y + g, to_steps(v_load(&f->slope_max[y][g]), s->origin_y, s->scale_y));
+  }
+  for (uint32_t g = 0; g < packet_groups(p); g++)
+    s->deepest[v_short_place(g)] = depth_step(f->deepest[g]);
+}
+
+/* What hits leave undone: weights over determinants. A lane that was not hit since has 1. */
+static void start_weights(packet *p) {
+  for (uint32_t at = 0; at < p->count; at += V_LANES)
+    v_store(&p->determinant[at], v_set(1.0f));
+}
+
+static void finish_weights(packet *p) {
+  for (uint32_t at = 0; at < p->count; at += V_LANES) {
+    const v_float determinant = v_load(&p->determinant[at]);
+    v_store(&p->u[at], v_weight(v_load(&p->u[at]), determinant));
+    v_store(&p->v[at], v_weight(v_load(&p->v[at]), determinant));
+  }
+}
+
+/* Derives what the tests need of each ray, and the frustums. */
+static void packet_prepare(packet *p, bool lecture, bool any, bool resume) {
+  packet_pad(p);
+  p->alive = p->count;
+  for (uint32_t at = 0; !resume && at < p->count; at += V_LANES)
+    v_storeu(&p->record[at], v_setu(WHITTLE_NONE));
+  for (uint32_t i = 0; resume && any && i < p->count; i++)
+    p->alive -= p->record[i] != WHITTLE_NONE;
+  p->work = 0, p->has_inverse = false;
+  for (int k = 0, axis = p->axis; k < 3; k++)
+    p->order[k] = axis = v_next_axis[axis];
+  p->view = choose_view(p, any);
+  if (lecture)
+    p->view = NO_VIEW, p->looks_negative = p->negative[p->axis];
+  prepare_slopes(p);
+  packet_deepest(p);
+  if (p->view == NO_VIEW) {
+    prepare_origins(p);
+    prepare_inverse(p);
+    return;
+  }
+  prepare_point(p);
+  prepare_steps(p);
+}
