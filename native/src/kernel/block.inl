@@ -20,15 +20,6 @@ typedef struct block_view {
 } block_view;
 
 /* Triangles `at` to at + V_LANES of a block of `size`. */
-static inline void copy_vertices(const packet *p, const float *rows, uint32_t size, uint32_t at,
-                                 block_view *view) {
-  const uint32_t k = (uint32_t)p->axis, x = v_next_axis[k], y = v_next_axis[x];
-  const uint32_t order[3] = {x, y, k};
-  for (uint32_t row = 0; row < 9; row++)
-    v_store(&view->vertex[row][at], v_load(rows + (row / 3 * 3 + order[row % 3]) * size + at));
-}
-
-/* The same as seen from the packet's point. */
 static inline void view_lanes(const packet *p, const float *rows, uint32_t size, uint32_t at,
                               block_view *view, const packet_view from) {
   const uint32_t k = (uint32_t)p->axis, x = v_next_axis[k], y = v_next_axis[x];

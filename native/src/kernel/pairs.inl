@@ -121,18 +121,13 @@ wide_block(const trace_context *context, packet *p, uint32_t first, uint32_t siz
   pair pairs[MOST_PAIRS + PAIRS_AT_ONCE];
   block_view view;
   uint32_t n = 0, masked = context->masked ? hidden(context, first, size) : 0;
-  uint32_t rest = ((1u << size) - 1) & ~masked;
-  for (uint32_t at = 0; from == NO_VIEW && at < size; at += V_LANES)
-    copy_vertices(p, rows, size, at, &view);
-  if (from != NO_VIEW) {
-    view.seen = view.unsure = 0;
-    for (uint32_t at = 0; at < size; at += V_LANES)
-      view_lanes(p, rows, size, at, &view, from);
-    for (uint32_t seen = view.seen & rest; seen; seen &= seen - 1)
-      n = list_seen(p, &view, (uint32_t)__builtin_ctz(seen), pairs, n);
-    rest &= view.unsure;
-  }
-  for (; rest; rest &= rest - 1)
-    n = list_reached(p, rows, size, (uint32_t)__builtin_ctz(rest), pairs, n);
+  const uint32_t shown = ((1u << size) - 1) & ~masked;
+  view.seen = view.unsure = 0;
+  for (uint32_t at = 0; at < size; at += V_LANES)
+    view_lanes(p, rows, size, at, &view, from);
+  for (uint32_t seen = view.seen & shown; seen; seen &= seen - 1)
+    n = list_seen(p, &view, (uint32_t)__builtin_ctz(seen), pairs, n);
+  for (uint32_t unsure = view.unsure & shown; unsure; unsure &= unsure - 1)
+    n = list_reached(p, rows, size, (uint32_t)__builtin_ctz(unsure), pairs, n);
   test_pairs(context, p, first, size, &view, pairs, n, passed, any, from == FROM_ORIGIN);
 }

@@ -107,24 +107,6 @@ static inline uint32_t wide_push_ranked(const whittle_scene *scene, const wide_n
   return height + (uint32_t)__builtin_popcount(reach);
 }
 
-/* Of the children in `reach` those that a ray of the packet enters. */
-static inline uint32_t wide_entered(packet *p, const wide_node *node, uint32_t reach) {
-  uint32_t entered = 0;
-  for (; reach; reach &= reach - 1) {
-    const uint32_t i = (uint32_t)__builtin_ctz(reach);
-    const float low[3] = {node->low[0][i], node->low[1][i], node->low[2][i]};
-    const float high[3] = {node->high[0][i], node->high[1][i], node->high[2][i]};
-    for (uint32_t at = 0; at < p->count; at += V_LANES) {
-      p->work++;
-      if (group_enters(p, at, low, high) != 0) {
-        entered |= 1u << i;
-        break;
-      }
-    }
-  }
-  return entered;
-}
-
 static inline __attribute__((always_inline)) void wide_leaf(const trace_context *context, packet *p,
                                                             uint32_t first, uint32_t count,
                                                             passed_pair *passed, const bool any,
@@ -144,9 +126,7 @@ packet_descend(const trace_context *context, packet *p, const bool any, const pa
   float front[WHITTLE_WIDTH + V_LANES];
   passed_pair passed[MOST_PAIRS];
   uint32_t height = 1;
-  point_frustum planes;
-  if (from != NO_VIEW)
-    planes = wide_planes(p);
+  const point_frustum planes = wide_planes(p);
   stack[0] = (wide_entry){.child = {0, WIDE_NODE}};
   while (height > 0 && p->alive > 0) {
     const wide_entry entry = stack[--height];
@@ -160,14 +140,12 @@ packet_descend(const trace_context *context, packet *p, const bool any, const pa
     }
     const wide_node *node = &scene->wide[entry.child.first];
     uint32_t reach;
-    if (from != NO_VIEW && entry.child.count == WIDE_NODE) {
+    if (entry.child.count == WIDE_NODE) {
       reach = wide_reach_quickly(p, &planes, node, front);
     } else {
       const v_frustum f = frustum_everywhere(&p->whole);
       reach = wide_reach(p, &f, node, front);
     }
-    if (from == NO_VIEW)
-      reach = wide_entered(p, node, reach);
     height = any ? wide_push(scene, node, reach, front, stack, height, false)
                  : wide_push_ranked(scene, node, reach, front, stack, height);
   }
