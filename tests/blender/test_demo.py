@@ -42,7 +42,10 @@ def corners(shot):
         named = recording.meshes[mesh][1]
         points = np.c_[named["positions"], np.ones(len(named["positions"]))]
         clip = points @ (to_clip @ np.array(transform)).T
-        found.append(clip[named["triangles"]])
+        vertices = named["triangles"]
+        if named["corners"] is not None:
+            vertices = named["corners"][vertices]
+        found.append(clip[vertices])
     return np.concatenate(found)
 
 
