@@ -7,6 +7,7 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
+from .callbacks import late, late_get
 from .heat import colormaps
 
 # Numbers have soft limits only: a script that sets one beyond them gets an error from the render,
@@ -53,7 +54,7 @@ class WhittleSettings(bpy.types.PropertyGroup):
         default=4,
         soft_min=1,
         soft_max=1024,
-        update=_changed,
+        update=late(__name__, "_changed"),
     )
     pattern: EnumProperty(
         name="Pattern",
@@ -63,14 +64,14 @@ class WhittleSettings(bpy.types.PropertyGroup):
             ("STRATIFIED", "Stratified", "A random point in each cell of a grid: a little noise"),
         ),
         default="REGULAR",
-        update=_changed,
+        update=late(__name__, "_changed"),
     )
     seed: IntProperty(
         name="Seed",
         description="Of the stratified pattern; the same seed gives the same picture",
         default=0,
         soft_min=0,
-        update=_changed,
+        update=late(__name__, "_changed"),
     )
     max_depth: IntProperty(
         name="Depth",
@@ -78,7 +79,7 @@ class WhittleSettings(bpy.types.PropertyGroup):
         default=8,
         soft_min=0,
         soft_max=64,
-        update=_changed,
+        update=late(__name__, "_changed"),
     )
     cutoff: FloatProperty(
         name="Cut-off",
@@ -88,7 +89,7 @@ class WhittleSettings(bpy.types.PropertyGroup):
         soft_max=0.1,
         precision=5,
         step=0.01,
-        update=_changed,
+        update=late(__name__, "_changed"),
     )
     use_ambient: BoolProperty(
         name="Ambient Light",
@@ -97,7 +98,7 @@ class WhittleSettings(bpy.types.PropertyGroup):
             "unless the world is hidden from diffuse rays"
         ),
         default=True,
-        update=_changed,
+        update=late(__name__, "_changed"),
     )
     mode: EnumProperty(
         name="Traversal",
@@ -113,8 +114,8 @@ class WhittleSettings(bpy.types.PropertyGroup):
         name="BVH Build",
         description="How much time the build takes to save rays some. The picture is the same",
         items=BUILD_PRESETS,
-        get=_build_preset,
-        set=_set_build_preset,
+        get=late_get(__name__, "_build_preset"),
+        set=late(__name__, "_set_build_preset"),
     )
     bins: IntProperty(
         name="Bins",

@@ -14,6 +14,7 @@ from bpy.props import (
     StringProperty,
 )
 
+from ..callbacks import late
 from ..cost.rows import Row
 from . import columns, table
 
@@ -75,20 +76,20 @@ class WhittleCostSession(bpy.types.PropertyGroup):
         items=KIND_ITEMS,
         default="OBJECT",
         options={"SKIP_SAVE"},
-        update=_list,
+        update=late(__name__, "_list"),
     )
     layer: EnumProperty(
         name="View Layer",
         description="Of the last render, the view layer whose cost is listed",
-        items=_layers,
+        items=late(__name__, "_layers"),
         options={"SKIP_SAVE"},
-        update=_list,
+        update=late(__name__, "_list"),
     )
     search: StringProperty(
         name="Filter",
         description="List only rows with this in their name; * and ? stand for anything",
         options={"SKIP_SAVE", "TEXTEDIT_UPDATE"},
-        update=_list,
+        update=late(__name__, "_list"),
     )
     columns: EnumProperty(
         name="Columns",
@@ -103,14 +104,14 @@ class WhittleCostSession(bpy.types.PropertyGroup):
         items=columns.SORTS,
         default="WORK",
         options={"SKIP_SAVE"},
-        update=_list,
+        update=late(__name__, "_list"),
     )
     descending: BoolProperty(
         name="Descending",
         description="Begin with the largest, or with the last name",
         default=True,
         options={"SKIP_SAVE"},
-        update=_list,
+        update=late(__name__, "_list"),
     )
     rows: CollectionProperty(
         type=WhittleCostRow,
@@ -124,7 +125,7 @@ class WhittleCostSession(bpy.types.PropertyGroup):
         default=0,
         min=0,
         options={"SKIP_SAVE"},
-        update=_select,
+        update=late(__name__, "_select"),
     )
     metric: EnumProperty(
         name="Number",
@@ -132,7 +133,7 @@ class WhittleCostSession(bpy.types.PropertyGroup):
         items=columns.CHANGES,
         default="WORK",
         options={"SKIP_SAVE"},
-        update=_list,
+        update=late(__name__, "_list"),
     )
     change_sort: EnumProperty(
         name="Sort By",
@@ -140,14 +141,14 @@ class WhittleCostSession(bpy.types.PropertyGroup):
         items=CHANGE_SORTS,
         default="DIFFERENCE",
         options={"SKIP_SAVE"},
-        update=_list,
+        update=late(__name__, "_list"),
     )
     change_descending: BoolProperty(
         name="Descending",
         description="Begin with the largest, or with the last name",
         default=True,
         options={"SKIP_SAVE"},
-        update=_list,
+        update=late(__name__, "_list"),
     )
     changes: CollectionProperty(
         type=WhittleCostRow,
@@ -161,7 +162,7 @@ class WhittleCostSession(bpy.types.PropertyGroup):
         default=0,
         min=0,
         options={"SKIP_SAVE"},
-        update=_select_changed,
+        update=late(__name__, "_select_changed"),
     )
 
 

@@ -17,6 +17,7 @@ from bpy.props import (
 )
 
 from .. import properties
+from ..callbacks import late
 from ..heat import colormaps
 from .metrics import KINDS, METRICS, Choice
 
@@ -40,7 +41,7 @@ def redraw(owner: Any = None, context: Any = None) -> None:
 
 # Whatever is set is seen at once.
 Bool, Enum, Float, Int = (
-    partial(kind, update=redraw)
+    partial(kind, update=late(__name__, "redraw"))
     for kind in (BoolProperty, EnumProperty, FloatProperty, IntProperty)
 )
 Switch = partial(Bool, default=False, options={"SKIP_SAVE"})
@@ -251,7 +252,7 @@ class WhittleSession(bpy.types.PropertyGroup):
         default=0,
         min=0,
         options={"SKIP_SAVE"},
-        update=redraw,
+        update=late(__name__, "redraw"),
     )
 
 
