@@ -26,7 +26,7 @@ def _label(record: Record) -> str:
 def _short(count: float) -> str:
     """1200 as "1.2 k"."""
     for unit, name in ((1e6, " M"), (1e3, " k")):
-        if count >= unit:
+        if count >= 0.9995 * unit:  # what three digits round up to it
             return f"{count / unit:.3g}{name}"
     return f"{count:.0f}"
 

@@ -59,7 +59,7 @@ static void measure_build(contest *c) {
   outcome_record_hits(0, 0, 0, 0);
   record_count("whittle_bytes", c->ours.stats.bytes - c->ours.stats.bytes_meshes);
   record_count("whittle_bytes_meshes", c->ours.stats.bytes_meshes);
-  record_count("whittle_bytes_binary", c->ours.stats.bytes_binary);
+  record_count("whittle_bytes_binary", ours_bytes_to_count(&c->mesh, c->threads));
   record_count("embree_bytes", (unsigned long long)bytes);
   record_count("nodes", c->ours.stats.nodes);
   record_count("depth", c->ours.stats.depth);

@@ -40,6 +40,14 @@ double ours_build(ours *o, const mesh *m, unsigned threads) {
   return build(o, m, threads, 1);
 }
 
+uint64_t ours_bytes_to_count(const mesh *m, unsigned threads) {
+  ours whole;
+  build(&whole, m, threads, 0);
+  const uint64_t bytes = whole.stats.bytes_binary;
+  ours_release(&whole);
+  return bytes;
+}
+
 void ours_release(ours *o) {
   whittle_scene_destroy(o->scene);
   o->scene = NULL;

@@ -15,6 +15,9 @@ typedef struct ours {
 
 /* Builds the mesh and gives the seconds that the build itself took. */
 double ours_build(ours *o, const mesh *m, unsigned threads);
+
+/* Bytes of the binary tree, which a build keeps only to count on. */
+uint64_t ours_bytes_to_count(const mesh *m, unsigned threads);
 void ours_release(ours *o);
 
 /* Traces a whole stream with one call. */
