@@ -12,11 +12,10 @@ import numpy as np
 from gpu_extras.batch import batch_for_shader
 from numpy.typing import NDArray
 
+from .. import quads
 from ..heat import colormaps
 
 Color = tuple[float, float, float, float]
-
-VERTEX = "void main() { uv = corner; gl_Position = vec4(2.0 * corner - 1.0, 0.0, 1.0); }"
 
 # A viewport's overlays are kept encoded: what a shader writes is taken for linear light.
 FRAGMENT = """
@@ -41,20 +40,8 @@ void main()
 
 @cache
 def _heat_shader() -> gpu.types.GPUShader:
-    info = gpu.types.GPUShaderCreateInfo()
-    info.push_constant("FLOAT", "low")
-    info.push_constant("FLOAT", "high")
-    info.push_constant("FLOAT", "opacity")
-    info.sampler(0, "FLOAT_2D", "counts")
-    info.sampler(1, "FLOAT_2D", "stops")
-    info.vertex_in(0, "VEC2", "corner")
-    between = gpu.types.GPUStageInterfaceInfo("whittle_heat")
-    between.smooth("VEC2", "uv")
-    info.vertex_out(between)
-    info.fragment_out(0, "VEC4", "color")
-    info.vertex_source(VERTEX)
-    info.fragment_source(FRAGMENT)
-    return gpu.shader.create_from_info(info)
+    constants = dict.fromkeys(("low", "high", "opacity"), "FLOAT")
+    return quads.make_shader("whittle_heat", constants, ("counts", "stops"), FRAGMENT)
 
 
 @cache
@@ -81,17 +68,13 @@ def heat(
 ) -> None:
     """Fills the region with values, coloured by where in the span they lie."""
     shader = _heat_shader()
-    corners = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0))
-    batch = batch_for_shader(shader, "TRI_STRIP", {"corner": corners})
     shader.bind()
     shader.uniform_float("low", span[0])
     shader.uniform_float("high", max(span[1], span[0] + 1e-30))
     shader.uniform_float("opacity", opacity)
     shader.uniform_sampler("counts", counts)
     shader.uniform_sampler("stops", _stops(colormap))
-    gpu.state.blend_set("ALPHA")
-    batch.draw(shader)
-    gpu.state.blend_set("NONE")
+    quads.draw(shader, "ALPHA")
 
 
 def rectangles(boxes: NDArray[np.floating], color: Color) -> None:
