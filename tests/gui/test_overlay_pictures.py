@@ -5,8 +5,8 @@
 import bpy
 import numpy as np
 from mathutils import Vector
+from probing import click_probe
 from test_overlay import PATIENCE, heat_of, part, shown, switch
-from test_overlay_probe import click_probe
 from window import Gui, Steps
 
 

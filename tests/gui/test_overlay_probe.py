@@ -5,23 +5,11 @@
 import bpy
 import numpy as np
 from mathutils import Quaternion
+from probing import add_camera, click_probe, click_render, hide_render, show_render
 from test_overlay import heat_of, part, shown, stage, switch
-from window import Gui, Steps
+from window import Gui
 
 KINDS = ("primary", "shadow", "reflection", "refraction")
-
-
-def click_probe(gui: Gui, kind: str, x: int, y: int) -> Steps:
-    """Starts the probe and clicks a pixel of an editor's main region; what was found."""
-    overlay = part("inspect.probe_overlay")
-    overlay.show(None)
-    with gui.override(kind):
-        bpy.ops.whittle.probe("INVOKE_DEFAULT")
-    yield 0.3
-    region = gui.region(kind)
-    yield from gui.click(region.x + x, region.y + y)
-    yield from gui.until(lambda: overlay.current, "the click is probed", timeout=20.0)
-    return overlay.current
 
 
 def busiest(gui: Gui) -> tuple[int, int]:
@@ -63,29 +51,15 @@ def test_the_probe_can_be_cancelled(gui: Gui):
 
 def test_a_click_on_the_render_probes_its_pixel(gui: Gui):
     yield from stage(gui)
-    scene = gui.scene
-    bpy.ops.object.camera_add(location=(0, -9, 2), rotation=(1.4, 0, 0))
-    scene.camera = bpy.context.object
-    scene.render.resolution_x, scene.render.resolution_y = 320, 200
-    scene.render.use_border, scene.render.use_crop_to_border = True, True
-    scene.render.border_min_x, scene.render.border_max_x = 0.25, 0.95
-    scene.render.border_min_y, scene.render.border_max_y = 0.1, 0.9
-    scene.whittle.use_counters, scene.whittle.samples = True, 4
-    with gui.override("VIEW_3D"):
-        bpy.ops.render.render()
-    result = gui.package.results.last[0]
-    gui.area("PROPERTIES").type = "IMAGE_EDITOR"
-    yield 0.5
-    gui.space("IMAGE_EDITOR").image = bpy.data.images["Render Result"]
-    with gui.override("IMAGE_EDITOR"):
-        bpy.ops.image.view_all(fit_view=True)
-    yield 0.5
-    region = gui.region("IMAGE_EDITOR")
-    to_region = region.view2d.view_to_region
+    add_camera(gui)
+    render = gui.scene.render
+    render.use_border, render.use_crop_to_border = True, True
+    render.border_min_x, render.border_max_x = 0.25, 0.95
+    render.border_min_y, render.border_max_y = 0.1, 0.9
+    result = yield from show_render(gui)
     height, width = result.counters["nodes"].shape
     for u, v in ((0.35, 0.4), (0.5, 0.6), (0.8, 0.2)):
-        x, y = to_region(u, v, clip=False)
-        found = yield from click_probe(gui, "IMAGE_EDITOR", x, y)
+        found = yield from click_render(gui, u, v)
         column, row = found.pixel[0] - 80, found.pixel[1] - 20
         assert abs(column - u * width) <= 2 and abs(row - v * height) <= 2
         for kind in KINDS:
@@ -94,8 +68,7 @@ def test_a_click_on_the_render_probes_its_pixel(gui: Gui):
             assert triangles == result.counters[f"triangles_{kind}"][row, column]
         gui.report(f"pixel {found.pixel}: {found.counts()}")
     gui.screenshot("probe-render")
-    gui.area("IMAGE_EDITOR").type = "PROPERTIES"
-    yield 0.3
+    yield from hide_render(gui)
 
 
 def test_rays_are_drawn_in_the_colours_of_their_kinds(gui: Gui):

@@ -4,8 +4,8 @@
 
 import bpy
 import numpy as np
+from probing import add_camera, click_render, hide_render, show_render
 from test_overlay import PATIENCE, counted, part, shown, stage, switch
-from test_overlay_probe import click_probe
 from test_viewport import at_rest, sessions
 from window import Gui, Steps
 
@@ -66,30 +66,16 @@ def test_rendered_shading_takes_what_the_heatmap_has_built(gui: Gui):
 
 def test_a_probed_render_has_its_own_tree_while_the_viewport_is_rendered(gui: Gui):
     yield from stage(gui)
-    scene = gui.scene
-    bpy.ops.object.camera_add(location=(0, -9, 2), rotation=(1.4, 0, 0))
-    scene.camera = bpy.context.object
-    scene.render.resolution_x, scene.render.resolution_y = 320, 200
-    scene.whittle.use_counters, scene.whittle.samples = True, 4
+    add_camera(gui)
     yield from gui.shade("RENDERED")
     session = yield from at_rest(gui)
-    with gui.override("VIEW_3D"):
-        bpy.ops.render.render()
-    result = gui.package.results.last[0]
     before = session._tracer.image.pixels
-    gui.area("PROPERTIES").type = "IMAGE_EDITOR"
-    yield 0.5
-    gui.space("IMAGE_EDITOR").image = bpy.data.images["Render Result"]
-    with gui.override("IMAGE_EDITOR"):
-        bpy.ops.image.view_all(fit_view=True)
-    yield 0.5
-    to_region = gui.region("IMAGE_EDITOR").view2d.view_to_region
-    found = yield from click_probe(gui, "IMAGE_EDITOR", *to_region(0.5, 0.6, clip=False))
+    result = yield from show_render(gui)
+    found = yield from click_render(gui, 0.5, 0.6)
     x, y = found.pixel
     visits = sum(row[1] for row in found.counts().values())
     assert visits == result.counters["nodes"][y, x]
     assert not session.source.by_instance
     session = yield from at_rest(gui)
     assert np.array_equal(session._tracer.image.pixels, before), "the same picture by either tree"
-    gui.area("IMAGE_EDITOR").type = "PROPERTIES"
-    yield 0.3
+    yield from hide_render(gui)
