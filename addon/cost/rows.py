@@ -93,62 +93,12 @@ class _Groups:
         return worst.tolist()
 
 
-def _rows(
-    kind: str,
-    names: Sequence[str],
-    cost: dict[str, NDArray[np.uint64]],
-    quality: dict[str, Any],
-    part: dict[str, NDArray[Any]],
-) -> list[Row]:
-    """The rows of one kind, with the shared one, dearest first."""
-    count = len(part["triangles"])
-    names = list(names)
-    if len(names) != count:
-        raise ValueError(f"names holds {len(names)} {kind}s, but the render counted {count}")
-    groups = _Groups(names)
-    visits, tests = np.asarray(cost["nodes"]), np.asarray(cost["triangles"])
-    whole = _Whole(visits, tests, quality)
-    summed = {name: groups.sum(part[name]) for name in ("triangles", "slivers", "bytes", "stretch")}
-    columns = _qualities(groups, part)
-    instances = np.bincount(groups.of_part, minlength=len(groups.names))
-    by_kind = groups.sum(visits[:, :count]), groups.sum(tests[:, :count])
-    rows = [
-        Row(
-            kind,
-            name,
-            shared=False,
-            instances=int(instances[index]),
-            triangles=int(summed["triangles"][index]),
-            slivers=int(summed["slivers"][index]),
-            stretch=float(summed["stretch"][index]),
-            build_share=_share(summed["triangles"][index], quality["triangles"]),
-            **whole.work(by_kind[0][:, index], by_kind[1][:, index]),
-            **whole.memory(int(summed["bytes"][index])),
-            **{key: values[index] for key, values in columns.items()},
-        )
-        for index, name in enumerate(groups.names)
-    ]
-    longest = max(rows, key=lambda row: row.stretch, default=None)
-    shared = Row(
-        kind,
-        "",
-        shared=True,
-        instances=0,
-        triangles=0,
-        build_share=0.0,
-        stretched_by=longest.name if longest is not None and longest.stretch > 0 else "",
-        **whole.work(visits[:, count], tests[:, count]),
-        **whole.memory(max(0, quality["bytes"] - sum(row.memory for row in rows))),
-    )
-    return sorted([*rows, shared], key=lambda row: -row.share)
-
-
 class _Whole:
     """What shares are shares of."""
 
     def __init__(self, visits: NDArray[Any], tests: NDArray[Any], quality: dict[str, Any]) -> None:
         self._visits, self._tests = int(visits.sum()), int(tests.sum())
-        self._bytes = quality["bytes"]
+        self._bytes, self._triangles = quality["bytes"], quality["triangles"]
 
     def work(self, visits: NDArray[Any], tests: NDArray[Any]) -> dict[str, Any]:
         """Of one row, from its counts by kind of ray (4,)."""
@@ -163,6 +113,83 @@ class _Whole:
 
     def memory(self, bytes_: int) -> dict[str, Any]:
         return {"memory": bytes_, "memory_share": _share(bytes_, self._bytes)}
+
+    def bytes_beside(self, rows: Sequence[Row]) -> int:
+        return max(0, self._bytes - sum(row.memory for row in rows))
+
+    def build_share(self, triangles: int) -> float:
+        return _share(triangles, self._triangles)
+
+
+def _rows(
+    kind: str,
+    names: Sequence[str],
+    cost: dict[str, NDArray[np.uint64]],
+    quality: dict[str, Any],
+    part: dict[str, NDArray[Any]],
+) -> list[Row]:
+    """The rows of one kind, with the shared one, dearest first."""
+    count = len(part["triangles"])
+    if len(names) != count:
+        raise ValueError(f"names holds {len(names)} {kind}s, but the render counted {count}")
+    # By kind of ray and part; the last column is what was shared.
+    visits, tests = np.asarray(cost["nodes"]), np.asarray(cost["triangles"])
+    whole = _Whole(visits, tests, quality)
+    groups = _Groups(names)
+    rows = _own_rows(kind, groups, whole, (visits[:, :count], tests[:, :count]), part)
+    rows.append(_shared_row(kind, rows, whole, (visits[:, count], tests[:, count])))
+    return sorted(rows, key=lambda row: -row.share)
+
+
+def _own_rows(
+    kind: str,
+    groups: _Groups,
+    whole: _Whole,
+    counts: tuple[NDArray[np.uint64], NDArray[np.uint64]],
+    part: dict[str, NDArray[Any]],
+) -> list[Row]:
+    """The rows of what has a name; counts are visits and tests by kind of ray and part."""
+    visits, tests = (groups.sum(values) for values in counts)
+    summed = {name: groups.sum(part[name]) for name in ("triangles", "slivers", "bytes", "stretch")}
+    columns = _qualities(groups, part)
+    instances = np.bincount(groups.of_part, minlength=len(groups.names))
+    return [
+        Row(
+            kind,
+            name,
+            shared=False,
+            instances=int(instances[index]),
+            triangles=int(summed["triangles"][index]),
+            slivers=int(summed["slivers"][index]),
+            stretch=float(summed["stretch"][index]),
+            build_share=whole.build_share(summed["triangles"][index]),
+            **whole.work(visits[:, index], tests[:, index]),
+            **whole.memory(int(summed["bytes"][index])),
+            **{key: values[index] for key, values in columns.items()},
+        )
+        for index, name in enumerate(groups.names)
+    ]
+
+
+def _shared_row(
+    kind: str,
+    rows: Sequence[Row],
+    whole: _Whole,
+    counts: tuple[NDArray[np.uint64], NDArray[np.uint64]],
+) -> Row:
+    """The row of the nodes that belong to none of the rows alone; counts are by kind of ray."""
+    longest = max(rows, key=lambda row: row.stretch, default=None)
+    return Row(
+        kind,
+        "",
+        shared=True,
+        instances=0,
+        triangles=0,
+        build_share=0.0,
+        stretched_by=longest.name if longest is not None and longest.stretch > 0 else "",
+        **whole.work(*counts),
+        **whole.memory(whole.bytes_beside(rows)),
+    )
 
 
 def _share(part: float, whole: float) -> float:
