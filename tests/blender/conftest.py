@@ -23,9 +23,10 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
 def pytest_unconfigure(config: pytest.Config) -> None:
     """Ends the process at once, with the verdict.
 
-    Blender 4.5 as a module closes itself when Python frees it. Where a leaked reference of any
-    library keeps it, its static destructors wait for its own threads for ever. That scripts which
-    use the add-on end by themselves is tested in processes of their own.
+    Blender as a module closes itself when Python frees it. Of 4.2 it was found that references to
+    it which outlast Python, as any library may leak them, make it crash there. That 4.5 sometimes
+    waited at its end for ever is thought to have the same cause, but was not proved. That scripts
+    which use the add-on end by themselves is tested in processes of their own.
     """
     sys.stdout.flush()
     sys.stderr.flush()
