@@ -7,6 +7,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import bench_plots
 from bench_summary import KINDS, cycles_a_ray, medians, summary
 
 DOCS = Path(__file__).resolve().parents[1]
-LECTURE = 37.5  # Mrays/s a core: the lecture's 300 on 8 cores
+LECTURE = 37.5  # Mrays/s a core: J. Bikker, "Accelerate" (INFOGR, 2016) has 300 on 8 cores
 RAYS = {"primary": "one ray through each pixel", "shadow": "any hit, from each primary hit to one "
         "point light", "mirror": "from each primary hit along the mirrored direction",
         "random": "from points in the mesh's box in all directions"}  # fmt: skip
@@ -195,13 +196,13 @@ def rays_table(frame: Record) -> str:
     threads = sum(frame["share"].values())
     share = ", ".join(f"{name} {s / threads:.0%}" for name, s in frame["share"].items())
     cost = cycles_a_ray(frame, "trace")
-    lines = [table(["rays", "", "share"], 1, [*rows, ["all", f"{count:,}", ""]])]
-    lines.append(f"\nThe tracing threads' time: {share}. ")
+    text = f"The tracing threads' time: {share}. "
     if not math.isnan(cost):
-        lines.append(f"{cost:.0f} cycles of a core a ray, everything of the tracing included, at ")
-        lines.append(f"{frame['gigahertz']:.2f} GHz. ")
-    lines.append(f"{rate:.1f} Mrays/s a core; the lecture's budget is {LECTURE}.\n")
-    return "".join(lines)
+        text += f"{cost:.0f} cycles of a core a ray, everything of the tracing included, at "
+        text += f"{frame['gigahertz']:.2f} GHz. "
+    text += f"{rate:.1f} Mrays/s a core; the lecture's budget is {LECTURE}."
+    lines = table(["rays", "", "share"], 1, [*rows, ["all", f"{count:,}", ""]])
+    return f"{lines}\n{textwrap.fill(text, 100, break_on_hyphens=False)}\n"
 
 
 def frame_part(found: Record) -> str:

@@ -9,6 +9,7 @@ import json
 import shutil
 import sys
 import tempfile
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -110,12 +111,14 @@ def table(frame: dict[str, Any], most: int = 5) -> str:
 
 
 def hints(frame: dict[str, Any]) -> str:
-    """A line for each hint of each object."""
-    return "\n".join(
+    """An item of a list for each hint of each object."""
+    items = [
         f"- **{row['name']}**: {hint['text']}; {hint['mend']}."
         for row in frame["objects"]
         for hint in row["hints"]
-    )
+    ]
+    wrap = textwrap.TextWrapper(100, subsequent_indent="  ", break_on_hyphens=False)
+    return "\n".join(map(wrap.fill, items))
 
 
 def work(frame: dict[str, Any]) -> float:

@@ -224,7 +224,8 @@ Both engines render the same scene ({scene}) from the same camera in Blender {bl
 
     {python} docs/make/fidelity.py --percent {percent} --samples {samples} --rounds {rounds}
 
-with the environment that `make test` sets up. The machine: {machine}.
+with the environment that `make test` sets up. The machine:
+{machine}.
 
 Cycles is set to draw what Whittle draws: sharp lights, no light from diffuse surfaces to others,
 {bounces} bounces in mirrors and glass, nothing clamped.

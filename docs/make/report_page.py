@@ -43,8 +43,8 @@ add less than 1/1024 to their pixel.
 
 ## Settings that change no bit
 
-The same picture ({passes}; {samples} samples) under each setting, compared bit by bit.
-{verdict}
+The same picture ({passes}; {samples} samples) under each setting,
+compared bit by bit. {verdict}
 
 {identities}
 
