@@ -8,7 +8,8 @@ from typing import Any
 import bpy
 
 from . import cost, faults, native, passes, properties, results
-from .export import camera, scene
+from .export import camera
+from .export.scene import Export
 from .faults import RenderError
 from .notes import Notes
 from .progress import Progress
@@ -68,23 +69,23 @@ def fail(engine: bpy.types.RenderEngine, error: BaseException) -> None:
 
 def render_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
     """Exports, builds, traces and hands over one view layer of one frame."""
-    core, frame = native.load(), depsgraph.scene_eval
+    core, scene = native.load(), depsgraph.scene_eval
     size = (engine.resolution_x, engine.resolution_y)
-    region = camera.region(frame.render, size)
-    view = _camera_object(engine, frame)
-    _check_supported(frame, region)
+    region = camera.region(scene.render, size)
+    view = _camera_object(engine, scene)
+    _check_supported(scene, region)
     notes, progress, clock = Notes(), Progress(engine), Clock()
-    table = passes.wanted(frame, depsgraph.view_layer_eval)
+    table = passes.wanted(scene, depsgraph.view_layer_eval)
     try:
-        export = scene.Export(core, depsgraph, notes, lambda done: progress.report("export", done))
+        export = Export(core, depsgraph, notes, lambda done: progress.report("export", done))
         shot = camera.export(depsgraph, view, size, region, notes)
         clock.lap("export")
-        build = _build(export, frame, progress)
+        build = _build(export, scene, progress)
         clock.lap("build")
-        settings = _settings(frame, table)
+        settings = _settings(scene, table)
         image = _trace(export.scene, shot, settings, progress)
         clock.lap("trace")
-        measured = _judge(export, frame, shot, settings, image, progress)
+        measured = _judge(export, scene, shot, settings, image, progress)
         if measured is not None:
             clock.lap("judge")
     except core.Cancelled:
@@ -92,9 +93,9 @@ def render_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph)
     _hand_over(engine, depsgraph.view_layer_eval.name, region, table, image)
     clock.lap("hand_over")
     result = results.Result(
-        scene=frame.name,
+        scene=scene.name,
         layer=depsgraph.view_layer_eval.name,
-        frame=frame.frame_current,
+        frame=scene.frame_current,
         size=(region[2] - region[0], region[3] - region[1]),
         seconds=clock.seconds,
         build=build,
@@ -102,7 +103,7 @@ def render_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph)
         notes=notes.lines(),
         counters={row.source: image[row.source][..., 0] for row in table if row.counter},
         cost=measured,
-        settings=properties.kept(frame),
+        settings=properties.kept(scene),
     )
     _keep(engine, result)
 
@@ -121,25 +122,25 @@ class Clock:
         self._start = now
 
 
-def _build(export: scene.Export, frame: bpy.types.Scene, progress: Progress) -> dict[str, Any]:
+def _build(export: Export, scene: bpy.types.Scene, progress: Progress) -> dict[str, Any]:
     stats = export.scene.build(
-        threads=properties.threads(frame),
-        bins=frame.whittle.bins,
-        lean=properties.lean(frame),
+        threads=properties.threads(scene),
+        bins=scene.whittle.bins,
+        lean=properties.lean(scene),
         on_progress=lambda done: progress.report("build", done),
     )
     export.note_dropped(stats["dropped"])
     return stats
 
 
-def _settings(frame: bpy.types.Scene, table: list[passes.Pass]) -> dict[str, Any]:
-    asked = properties.core_settings(frame, [row.source for row in table])
-    return asked | {"cost": frame.whittle.use_counters}
+def _settings(scene: bpy.types.Scene, table: list[passes.Pass]) -> dict[str, Any]:
+    asked = properties.core_settings(scene, [row.source for row in table])
+    return asked | {"cost": scene.whittle.use_counters}
 
 
 def _judge(
-    export: scene.Export,
-    frame: bpy.types.Scene,
+    export: Export,
+    scene: bpy.types.Scene,
     shot: dict[str, Any],
     settings: dict[str, Any],
     image: dict[str, Any],
@@ -156,20 +157,20 @@ def _judge(
         shot,
         settings,
         image["cost"],
-        frame.whittle.use_own_trees,
+        scene.whittle.use_own_trees,
         lambda done: progress.report("judge", done),
     )
 
 
-def _camera_object(engine: bpy.types.RenderEngine, frame: bpy.types.Scene) -> bpy.types.Object:
-    found = engine.camera_override or frame.camera
+def _camera_object(engine: bpy.types.RenderEngine, scene: bpy.types.Scene) -> bpy.types.Object:
+    found = engine.camera_override or scene.camera
     if found is None:
         raise RenderError("The scene has no camera: add one, or choose it in the Scene properties")
     return found
 
 
-def _check_supported(frame: bpy.types.Scene, region: camera.Region) -> None:
-    if frame.render.use_multiview:
+def _check_supported(scene: bpy.types.Scene, region: camera.Region) -> None:
+    if scene.render.use_multiview:
         raise RenderError("Stereoscopy is not supported: turn it off in the Output properties")
     if region[2] <= region[0] or region[3] <= region[1]:
         raise RenderError("The render region holds no pixel: draw a larger one, or turn it off")

@@ -17,13 +17,14 @@ TRACING = ("primary", "shadow", "secondary", "shade")
 
 @dataclass
 class Result:
-    """One view layer of one frame. Times are wall time in seconds."""
+    """One view layer of one frame. Times are wall time in seconds; "judge" is there if the render
+    counted, "write" in batch runs."""
 
     scene: str
     layer: str
     frame: int
     size: tuple[int, int]  # of the pixels rendered
-    seconds: dict[str, float]  # export, build, trace, hand_over; of batch runs also write
+    seconds: dict[str, float]  # by phase: export, build, trace, judge, hand_over, write
     build: dict[str, Any]  # as Scene.build gives it
     render: dict[str, Any]  # as Scene.render gives it under "stats"
     notes: list[str]
