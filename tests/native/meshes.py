@@ -150,6 +150,36 @@ def coplanar_duplicates(copies: int = 3, cells: int = 12) -> Mesh:
     return join(*(pack(plane, random.permutation(quad)) for _ in range(copies)))
 
 
+def terrain(cells: int) -> Mesh:
+    """A hilly square of 2 * cells^2 triangles."""
+    x, y = np.meshgrid(np.linspace(0, 9, cells + 1), np.linspace(0, 9, cells + 1), indexing="ij")
+    z = np.sin(x) * np.cos(1.3 * y) + 0.1 * np.sin(17 * x + 11 * y)
+    corner = np.arange(cells * (cells + 1)).reshape(cells, cells + 1)[:, :-1].ravel()
+    right, up = corner + cells + 1, corner + 1
+    triangles = np.stack([corner, right, right + 1, corner, right + 1, up], axis=1)
+    return pack(np.stack([x, y, z], axis=-1), triangles)
+
+
+def concentric(count: int) -> Mesh:
+    """Triangles around the same point, one inside another."""
+    one = np.array([[[-1, -1, 0.1], [1, -1, 0.2], [0, 1, -0.3]]])
+    pair = np.concatenate([one, -one])
+    return soup((pair * np.linspace(1, 3, count // 2)[:, None, None, None]).reshape(-1, 3, 3))
+
+
+def geometric(copies: int = 1) -> Mesh:
+    """A row of triangles each twice as large and as far as the one before, 120 sizes of them."""
+    size = np.repeat(2.0 ** np.arange(-60, 60), copies)[:, None, None]
+    one = np.array([[1, 0, 0], [1.3, 0.5, 0], [1.3, 0, 0.5]])
+    return soup(one * size)
+
+
+def nested(count: int = 250) -> Mesh:
+    """Triangles that share a corner, each a third larger than the one before."""
+    one = np.array([[0, 0, 0], [1, 0.1, 0], [0.1, 1, 0.3]])
+    return soup(one * 2.0 ** (0.4 * np.arange(count))[:, None, None])
+
+
 def transform(scale: float = 1.0, offset=(0.0, 0.0, 0.0)) -> NDArray[np.float64]:
     """Uniform scale, then translation."""
     matrix = np.diag([scale, scale, scale, 1.0])

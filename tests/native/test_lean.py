@@ -10,15 +10,15 @@ import meshes
 import numpy as np
 import pytest
 from cameras import perspective
-from test_build import resident, scene_of, terrain
-from test_edit import PASSES, VIEW, assert_equal, crowd, hits_of
+from editing import PASSES, VIEW, assert_equal, crowd, hits_of
+from trees import resident, scene_of
 from whittle_core import Scene
 
 NODE, WIDE_LEAF = 32, 8
 MOST = 60  #: bytes a triangle, nodes and triangles together
 CAMERA = perspective(48, 32, (2.6, -3.2, 1.6), (0, 0, -0.1))
 SCENES = {
-    "terrain": lambda: terrain(150),
+    "terrain": lambda: meshes.terrain(150),
     "sphere": lambda: meshes.icosphere(5),
     "boxes": lambda: meshes.boxes(2000),
 }
@@ -47,7 +47,7 @@ def test_the_memory_is_given_back(by_instance: bool) -> None:
     """What the process holds, not what the statistics say."""
     held, stats = {}, {}
     for lean in (False, True):
-        scene = scene_of(terrain(500))
+        scene = scene_of(meshes.terrain(500))
         gc.collect()
         before = resident()
         stats[lean] = scene.build(lean=lean, by_instance=by_instance)

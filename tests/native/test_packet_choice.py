@@ -8,7 +8,7 @@ import meshes
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from test_build import scene_of
+from trees import scene_of
 
 Rays = tuple[NDArray, NDArray]
 SIDE = 48
