@@ -4,22 +4,14 @@
 
 from __future__ import annotations
 
-import ctypes
-import importlib.util
 import json
-import os
-import struct
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
-import numpy as np
 import pytest
+from bench_tools import BENCH, ROOT, SIZE, bench, records_of, run_program
 
-ROOT = Path(__file__).resolve().parents[2]
-BENCH = ROOT / "native" / "bench"
 FIELDS = {
     *("scene", "triangles", "kind", "threads", "isa", "rays", "whittle", "embree", "ratio"),
     *("embree_mode", "embree_quality", "hits_whittle", "hits_embree", "mismatches", "spread"),
@@ -44,59 +36,7 @@ v -9 9 3
 f -4//1 -3//1 -2//1
 f -4 -2 -1
 """
-SIZE = 64
-NEUTRAL = (
-    "compare.c",
-    "measure.c",
-    "mesh.c",
-    "rays.c",
-    "fail.c",
-    "file.c",
-    "ply.c",
-    "ply_header.c",
-    "shapes.c",
-    "buildings.c",
-    "terrain.c",
-    "scenes.c",
-    "obj.c",
-)
 SEEN = (SIZE // 2) ** 2
-
-
-def load_bench() -> ModuleType:
-    """bench.py as a module."""
-    spec = importlib.util.spec_from_file_location("bench", BENCH / "bench.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-bench = load_bench()
-
-
-@pytest.fixture(scope="module")
-def program() -> Path:
-    """The benchmark program, built from this checkout."""
-    return bench.build_program()
-
-
-def run_program(program: Path, *scenes: str, **environment: str) -> subprocess.CompletedProcess:
-    """Measures quickly; whatever comes of it."""
-    options = ["--embree", str(bench.find_embree()), "--size", f"{SIZE}x{SIZE}", "--rounds", "2"]
-    return subprocess.run(
-        [str(program), *options, *scenes],
-        capture_output=True,
-        text=True,
-        check=False,
-        env=os.environ | environment,
-    )
-
-
-def records_of(done: subprocess.CompletedProcess) -> list[dict[str, Any]]:
-    """The records of a run that went well."""
-    assert done.returncode == 0, done.stderr
-    return [json.loads(line) for line in done.stdout.splitlines()]
 
 
 @pytest.fixture(scope="module", params=["\n", "\r\n"], ids=["lf", "crlf"])
@@ -192,41 +132,9 @@ def test_generated_scenes_fill_the_picture(program: Path, scene: str, triangles:
     assert record["mismatches"] <= 3
 
 
-def test_the_atrium_surrounds_the_camera(functions: ctypes.CDLL) -> None:
-    mesh = functions.scenes_load(b"atrium", ctypes.c_float(1.6))
-    floats = ctypes.cast(mesh.positions, ctypes.POINTER(ctypes.c_float))
-    positions = np.ctypeslib.as_array(floats, (mesh.vertex_count, 3))
-    eye = np.array(mesh.camera[:3])
-    assert (positions.min(axis=0) < eye).all() and (eye < positions.max(axis=0)).all()
-
-
 def test_kinds_leaves_the_others_out(program: Path) -> None:
     records = records_of(run_program(program, "--kinds", "random,build", "terrain:200"))
     assert {r["kind"] for r in records} == {"build", "random"}
-
-
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "line 4: there is no vertex 4 among 3"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", "line 4: there is no vertex -4 among 3"),
-        ("v 0 0 0\nv 1 0 0\nf 1 2\n", "line 3: a face needs at least 3"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 x 3\n", "line 4: a face needs at least 3"),
-        ("v 0 zero 0\nf 1 1 1\n", "line 1: a vertex needs 3 finite numbers"),
-        ("v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "line 1: a vertex needs 3 finite numbers"),
-        ("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "line 1: a vertex needs 3 finite numbers"),
-        ("v 0 0 0\n", "holds no faces"),
-    ],
-)
-def test_a_bad_file_is_named_with_its_line(
-    program: Path, tmp_path: Path, text: str, sentence: str
-) -> None:
-    path = tmp_path / "bad.obj"
-    path.write_text(text)
-    done = run_program(program, str(path))
-    assert done.returncode == 1
-    assert str(path) in done.stderr
-    assert sentence in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -250,237 +158,6 @@ def test_bad_arguments_end_with_a_sentence(
     done = run_program(program, *arguments)
     assert done.returncode == 1
     assert sentence in done.stderr
-
-
-class Stream(ctypes.Structure):
-    """`stream` of rays.h."""
-
-    _fields_ = [
-        ("kind", ctypes.c_char_p),
-        ("count", ctypes.c_size_t),
-        ("origins", ctypes.c_void_p),
-        ("one_origin", ctypes.c_int),
-        ("directions", ctypes.c_void_p),
-        ("t_max", ctypes.c_float),
-        ("any_hit", ctypes.c_int),
-    ]
-
-
-class Hits(ctypes.Structure):
-    """`hits` of rays.h."""
-
-    _fields_ = [(name, ctypes.c_void_p) for name in ("t", "triangle", "u", "v", "blocked")]
-
-
-class Mesh(ctypes.Structure):
-    """`mesh` of mesh.h."""
-
-    _fields_ = [
-        ("positions", ctypes.c_void_p),
-        ("vertex_count", ctypes.c_size_t),
-        ("triangles", ctypes.c_void_p),
-        ("triangle_count", ctypes.c_size_t),
-        ("normals", ctypes.c_void_p),
-        ("camera", ctypes.c_float * 10),
-        ("light", ctypes.c_float * 3),
-        ("has_camera", ctypes.c_int),
-        ("has_light", ctypes.c_int),
-    ]
-
-
-@pytest.fixture(scope="module")
-def functions(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
-    """The functions that need neither side, as a library of their own."""
-    library = tmp_path_factory.mktemp("functions") / "functions.so"
-    sources = [str(BENCH / name) for name in NEUTRAL]
-    command = ["cc", "-std=c11", "-D_GNU_SOURCE", "-shared", "-fPIC", "-o", str(library)]
-    subprocess.run([*command, *sources, "-lm"], check=True)
-    loaded = ctypes.CDLL(str(library))
-    loaded.compare_mismatches.restype = ctypes.c_size_t
-    loaded.compare_count_hits.restype = ctypes.c_size_t
-    loaded.rays_primary.restype = Stream
-    loaded.ply_read.restype = loaded.scenes_load.restype = Mesh
-    loaded.measure_quantile.restype = ctypes.c_double
-    loaded.measure_spread.restype = ctypes.c_double
-    return loaded
-
-
-def hits_of(t: list[float]) -> tuple[Hits, list[np.ndarray]]:
-    """Hits at these t, and the arrays that must outlive them."""
-    times = np.array(t, np.float32)
-    arrays = [times, np.where(np.isinf(times), -1, 7).astype(np.int32)]
-    arrays += [np.zeros_like(times), np.zeros_like(times)]
-    return Hits(*[a.ctypes.data for a in arrays], None), arrays
-
-
-def test_mismatches_are_counted(functions: ctypes.CDLL) -> None:
-    infinity = float("inf")
-    ours = [1.0, 1.0, 1.0, infinity, infinity, 100.0, 100.0, float("nan")]
-    theirs = [1.0, 1.00009, 1.00012, infinity, 5.0, infinity, 100.009, 1.0]
-    first, keep = hits_of(ours)
-    second, keep_too = hits_of(theirs)
-    assert keep and keep_too
-    stream = Stream(kind=b"primary", count=len(ours))
-    arguments = [ctypes.byref(x) for x in (stream, first, second)]
-    # 1.00012 is too far, two differ in whether they hit, and nan equals nothing.
-    assert functions.compare_mismatches(*arguments) == 4
-    assert functions.compare_count_hits(arguments[0], arguments[1]) == 6
-    assert functions.compare_identical(*arguments) == 0
-    assert functions.compare_identical(arguments[0], arguments[1], arguments[1]) == 1
-
-
-def test_blocked_rays_are_compared(functions: ctypes.CDLL) -> None:
-    ours, theirs = np.array([0, 1, 1, 0], np.uint8), np.array([0, 1, 0, 1], np.uint8)
-    stream = Stream(kind=b"shadow", count=4, any_hit=1)
-    hits = [Hits(None, None, None, None, a.ctypes.data) for a in (ours, theirs)]
-    assert functions.compare_mismatches(*[ctypes.byref(x) for x in (stream, *hits)]) == 2
-
-
-@pytest.mark.parametrize("size", [(64, 32), (40, 24), (37, 41)])
-def test_neighbours_in_the_stream_are_neighbours_in_the_image(
-    functions: ctypes.CDLL, size: tuple[int, int]
-) -> None:
-    width, height = size
-    mesh = Mesh(camera=(0, 0, 0, 0, 0, -1, 0, 1, 0, 90))
-    stream = functions.rays_primary(ctypes.byref(mesh), width, height)
-    assert stream.count == width * height
-    floats = ctypes.cast(stream.directions, ctypes.POINTER(ctypes.c_float))
-    d = np.ctypeslib.as_array(floats, (3, stream.count)).astype(float)
-    x = (d[0] / -d[2] * height / width + 1) * width / 2 - 0.5
-    y = (d[1] / -d[2] + 1) * height / 2 - 0.5
-    pixels = np.rint([x, y]).astype(int)
-    assert np.abs(pixels - [x, y]).max() < 1e-3
-    assert len(np.unique(pixels[0] + width * pixels[1])) == stream.count
-    assert pixels.min() == 0 and (pixels.max(axis=1) == [width - 1, height - 1]).all()
-    # Away from the border a block of rays is a block of pixels: 4 x 4, 16 x 16.
-    for side in (4, 16):
-        if width % side == 0 and height % side == 0:
-            blocks = (pixels // side).reshape(2, -1, side * side)
-            assert (blocks == blocks[:, :, :1]).all()
-
-
-def test_quantiles_match_numpy(functions: ctypes.CDLL) -> None:
-    generator = np.random.default_rng(5)
-    for count in (1, 2, 5, 8):
-        values = generator.random(count) + 1
-        pointer = values.ctypes.data_as(ctypes.c_void_p)
-        quarter, median, three = np.quantile(values, [0.25, 0.5, 0.75])
-        found = functions.measure_quantile(pointer, ctypes.c_size_t(count), ctypes.c_double(0.25))
-        assert found == pytest.approx(quarter, rel=1e-12)
-        spread = functions.measure_spread(pointer, ctypes.c_size_t(count))
-        assert spread == pytest.approx((three - quarter) / median, rel=1e-12)
-
-
-def test_rounds_are_interleaved(functions: ctypes.CDLL) -> None:
-    run_type = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p)
-
-    class Contender(ctypes.Structure):
-        _fields_ = [("run", run_type), ("user", ctypes.c_void_p), ("seconds", ctypes.c_void_p)]
-
-    log: list[int] = []
-    durations = {1: 0.5, 2: 0.004}  # the second is repeated: three times fill 10 ms
-
-    @run_type
-    def run(user: int) -> float:
-        log.append(user)
-        return durations[user]
-
-    seconds = np.zeros((2, 3))
-    pair = (Contender * 2)(*[Contender(run, i + 1, seconds[i].ctypes.data) for i in range(2)])
-    functions.measure_rounds(pair, ctypes.c_size_t(2), ctypes.c_size_t(3))
-    second = [2, 2, 2]
-    assert log == [1, 2, 1, *second, *second, 1, 1, *second]
-    assert seconds == pytest.approx(np.array([[0.5] * 3, [0.004] * 3]))
-
-
-# A quad and a pentagon, x given as double, with properties and an element to pass over.
-PLY_VERTICES = [(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0.5), (-1, 0.5, 0)]
-PLY_FACES = [(0, 1, 2, 3), (0, 1, 2, 3, 4)]
-PLY_TRIANGLES = [(0, 1, 2), (0, 2, 3), (0, 1, 2), (0, 2, 3), (0, 3, 4)]
-PLY_HEADER = """ply
-format {} 1.0
-comment made for a test
-comment camera: 1 2 3  4 5 6  0 1 0  50
-comment light: 7 8 9
-element marker 2
-property list uchar short spans
-element vertex 5
-property uchar shade
-property double x
-property float y
-property float z
-element face 2
-property list uchar int vertex_indices
-property ushort group
-end_header
-"""
-
-
-def ply_of(form: str) -> bytes:
-    """The file in one of the three formats."""
-    rows: list[tuple[str, tuple]] = [("Bhh", (2, 4, 5)), ("B", (0,))]
-    rows += [("Bdff", (200, *vertex)) for vertex in PLY_VERTICES]
-    rows += [(f"B{len(f)}iH", (len(f), *f, 60000)) for f in PLY_FACES]
-    header = PLY_HEADER.format(form).encode()
-    if form == "ascii":
-        return header + "".join(" ".join(map(str, row)) + "\n" for _, row in rows).encode()
-    order = "<" if form == "binary_little_endian" else ">"
-    return header + b"".join(struct.pack(order + kinds, *row) for kinds, row in rows)
-
-
-@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
-def test_ply_files_of_every_format(functions: ctypes.CDLL, tmp_path: Path, form: str) -> None:
-    path = tmp_path / "shape.ply"
-    path.write_bytes(ply_of(form))
-    mesh = functions.ply_read(str(path).encode())
-    floats = ctypes.cast(mesh.positions, ctypes.POINTER(ctypes.c_float))
-    assert np.ctypeslib.as_array(floats, (mesh.vertex_count, 3)).tolist() == [
-        list(map(float, vertex)) for vertex in PLY_VERTICES
-    ]
-    words = ctypes.cast(mesh.triangles, ctypes.POINTER(ctypes.c_uint32))
-    found = np.ctypeslib.as_array(words, (mesh.triangle_count, 3))
-    assert list(map(tuple, found.tolist())) == PLY_TRIANGLES
-    assert list(mesh.camera) == [1, 2, 3, 4, 5, 6, 0, 1, 0, 50]
-    assert list(mesh.light) == [7, 8, 9]
-
-
-@pytest.mark.parametrize(
-    ("change", "sentence"),
-    [
-        ((b"ply\n", b"plyx\n"), "does not begin with ply"),
-        ((b"ascii", b"binary"), "line 2: there is no format binary"),
-        ((b"property double x", b"property real x"), "line 10: there is no type real"),
-        ((b"element face", b"element faces"), "has no vertices or no faces"),
-        ((b"end_header", b"end"), "what is"),
-        ((b"0 1 2 3 4 60000", b"0 1 2 3 5 60000"), "face 1: there is no vertex 5 among 5"),
-        ((b"0 1 2 3 4 60000", b"0 1 2"), "ends too early"),
-        ((b"5 0 1 2 3 4 60000", b"2 0 1 60000"), "face 1: 2 corners make no polygon"),
-        ((b"200 2 1 0", b"200 2 nan 0"), "vertex 2: y is not a finite number"),
-        ((b"list uchar int", b"list float int"), "a list is counted in whole numbers"),
-    ],
-)
-def test_a_bad_ply_file_is_named(
-    program: Path, tmp_path: Path, change: tuple[bytes, bytes], sentence: str
-) -> None:
-    path = tmp_path / "bad.ply"
-    text = ply_of("ascii")
-    assert text.count(change[0]) == 1
-    path.write_bytes(text.replace(*change))
-    done = run_program(program, str(path))
-    assert done.returncode == 1
-    assert str(path) in done.stderr and sentence in done.stderr
-
-
-def test_a_blend_file_is_exported(program: Path, tmp_path: Path) -> None:
-    bpy = pytest.importorskip("bpy")
-    bpy.ops.wm.read_homefile(use_factory_startup=True)
-    blend = tmp_path / "a cube.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
-    (ply,) = bench.as_meshes([f"{blend}+ground"], tmp_path)
-    assert ply.endswith("a cube.ply+ground")
-    (record,) = records_of(run_program(program, "--kinds", "primary", "--threads", "1", ply))
-    assert (record["scene"], record["triangles"]) == ("a cube+ground", 14)
-    assert 0 < record["hits_whittle"]
 
 
 def test_summary_is_geometric() -> None:
