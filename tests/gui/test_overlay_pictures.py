@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Whittle Authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The user guide's pictures of the overlays, from the demo scene: screenshots of the run."""
+"""The guide's pictures of overlays and panels, from the demo scene: screenshots of the run."""
 
 import bpy
 import numpy as np
@@ -85,3 +85,31 @@ def test_probe(gui: Gui):
     session.ray_index = 1
     yield 0.5
     gui.screenshot("probe")
+
+
+def test_panel(gui: Gui):
+    """The Render properties beside a heatmap of the last render."""
+    yield from gui.fresh()
+    bpy.ops.object.select_all(action="SELECT")
+    bpy.ops.object.delete()
+    scene = gui.scene
+    part("demo").build(scene)
+    scene.render.resolution_percentage, scene.whittle.samples = 75, 1
+    scene.whittle.use_counters = True
+    with gui.override("VIEW_3D"):
+        bpy.ops.render.render()
+    for kind in ("OUTLINER", "DOPESHEET_EDITOR"):
+        with gui.override(kind):
+            bpy.ops.screen.area_close()
+        yield 0.3
+    gui.area("VIEW_3D").type = "IMAGE_EDITOR"
+    yield 0.5
+    edge = gui.area("PROPERTIES").x - 1
+    yield from gui.drag((edge, 300), (edge - 130, 300))
+    bpy.ops.whittle.heatmaps()
+    assert gui.space("IMAGE_EDITOR").image == bpy.data.images["Whittle Nodes"]
+    with gui.override("IMAGE_EDITOR"):
+        bpy.ops.image.view_all(fit_view=True)
+    yield 0.5
+    yield from gui.show_properties("RENDER")
+    gui.screenshot("panel")
