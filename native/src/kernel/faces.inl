@@ -11,13 +11,6 @@ typedef struct block_faces {
   float to_near[3][VIEW_ROOM], to_far[3][VIEW_ROOM]; /* sides of the padded box */
 } block_faces;
 
-/* Four numbers at a time in double precision, in the compiler's vectors: nothing else needs them.
- */
-#define FOUR 4
-typedef float four_floats __attribute__((vector_size(16)));
-typedef double four_doubles __attribute__((vector_size(32)));
-typedef int64_t four_longs __attribute__((vector_size(32)));
-
 #define LARGER(a, b) (((a) & ((a) > (b))) | ((b) & ~((a) > (b))))
 
 /* whittle_plane's normals of four triangles; `a` has the first vertices' rows for each axis. */

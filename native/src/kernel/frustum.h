@@ -20,7 +20,7 @@ typedef struct frustum {
 } frustum;
 
 /* Many of them as structures of arrays: one for each lane group of a packet. */
-#define FRUSTUM_ROOM (WHITTLE_MAX_PACKET / V_LANES + V_LANES)
+#define FRUSTUM_ROOM (WHITTLE_MAX_PACKET / V_LANES + V_BYTES)
 typedef struct frustums {
   float origin_min[3][FRUSTUM_ROOM], origin_max[3][FRUSTUM_ROOM];
   float slope_min[3][FRUSTUM_ROOM], slope_max[3][FRUSTUM_ROOM];

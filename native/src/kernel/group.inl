@@ -60,7 +60,6 @@ static inline v_mask lanes_open(const packet_lanes *l, uint32_t at) {
 
 static inline void record_deepest(packet *p, uint32_t at, float deepest) {
   p->groups.deepest[at / V_LANES] = deepest;
-  p->steps.deepest[v_short_place(at / V_LANES)] = depth_step(deepest);
 }
 
 /* Records the lanes of `hit`. */

@@ -16,6 +16,7 @@
 #define WHITTLE_LANE_PAD 16
 typedef struct ray_stream {
   uint32_t count;
+  bool one_origin; /* known to be the same for all rays; else that is found out */
   float *origin[3];
   float *direction[3];
   float *t_min;
@@ -58,6 +59,8 @@ typedef struct kernel_table {
                ray_chunk *chunk);
   void (*give)(const whittle_scene *scene, const ray_chunk *chunk, const ray_stream *rays,
                const whittle_hits *hits, size_t first);
+  /* The same after `any`: 1 or 0 for each ray. */
+  void (*give_blocked)(const ray_stream *rays, uint8_t *blocked);
   /* The nearest hit of each ray of the stream, and whether anything is hit at all. */
   void (*closest)(const trace_context *context, ray_stream *rays);
   void (*any)(const trace_context *context, ray_stream *rays);

@@ -29,6 +29,7 @@ const kernel_table WHITTLE_KERNEL = {
     .lanes = V_LANES,
     .load = kernel_load,
     .give = kernel_give,
+    .give_blocked = kernel_give_blocked,
     .closest = kernel_closest,
     .any = kernel_any,
     .render_tile = kernel_render_tile,

@@ -24,7 +24,8 @@ typedef enum packet_view { NO_VIEW, FROM_ORIGIN, FROM_END } packet_view;
 #define STEPS_ROOM (WHITTLE_MAX_PACKET / V_LANES + V_BYTES)
 typedef struct group_steps {
   uint8_t low_x[STEPS_ROOM], high_x[STEPS_ROOM], low_y[STEPS_ROOM], high_y[STEPS_ROOM];
-  int16_t deepest[STEPS_ROOM]; /* in the order of v_short_place */
+  int16_t deepest[STEPS_ROOM]; /* as v_store_shorts makes them */
+  bool behind;                 /* some group is not as deep any more */
   float origin_x, origin_y, scale_x, scale_y;
 } group_steps;
 
@@ -35,6 +36,7 @@ typedef struct packet {
   int axis;
   bool negative[3]; /* signs of the directions */
   packet_view view;
+  bool one_origin;      /* known of its stream */
   float point[3];       /* where it is seen from */
   float spread;         /* how far the lines may miss that point, and more for rounding */
   bool looks_negative;  /* the sense in which the view sees along the axis */
@@ -60,7 +62,7 @@ typedef struct packet {
 
 /* Takes `count` rays from `first` on, where they stand. */
 static void packet_borrow(packet *p, const ray_stream *rays, uint32_t first, uint32_t count) {
-  p->count = count, p->first = first, p->list = NULL;
+  p->count = count, p->first = first, p->list = NULL, p->one_origin = rays->one_origin;
   for (int axis = 0; axis < 3; axis++) {
     p->origin[axis] = rays->origin[axis] + first;
     p->direction[axis] = rays->direction[axis] + first;
@@ -74,7 +76,7 @@ static void packet_borrow(packet *p, const ray_stream *rays, uint32_t first, uin
 static void packet_gather(packet *p, const ray_stream *rays, const uint32_t *list, uint32_t count,
                           bool any, bool resume) {
   packet_room *room = &p->room;
-  p->count = count, p->list = list;
+  p->count = count, p->list = list, p->one_origin = rays->one_origin;
   for (int axis = 0; axis < 3; axis++)
     p->origin[axis] = room->origin[axis], p->direction[axis] = room->direction[axis];
   p->t_min = room->t_min, p->t = room->t, p->u = room->u, p->v = room->v;

@@ -99,11 +99,13 @@ test_pairs(const trace_context *context, packet *p, uint32_t first, uint32_t siz
            const block_view *view, const pair *pairs, uint32_t count, passed_pair *passed,
            const bool any, const bool common) {
   const uint32_t kept = pass_edges(p, view, pairs, count, passed, any, common);
+  if (p->steps.behind)
+    steps_deepest(p);
   const bool changed = common ? decide_faces(context, p, first, size, view, passed, kept, any)
                               : decide_pairs(context, p, first, size, view, passed, kept, any);
   p->work += 2 * count;
   if (changed)
-    packet_deepest(p);
+    packet_deepest(p), p->steps.behind = true;
 }
 
 /* The triangles of a block that a packet does not see. */

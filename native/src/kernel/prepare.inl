@@ -41,7 +41,7 @@ static bool shares_end(packet *p) {
 static packet_view choose_view(packet *p, bool any) {
   p->spread = 0.0f;
   p->looks_negative = p->negative[p->axis];
-  if (shares_origin(p)) {
+  if (p->one_origin || shares_origin(p)) {
     for (int axis = 0; axis < 3; axis++)
       p->point[axis] = p->origin[axis][0];
     return FROM_ORIGIN;
@@ -87,42 +87,88 @@ static void prepare_point(packet *p) {
   }
 }
 
-/* The shears of a group, and rows that prepare_slopes reduces: least and most slopes, and depths;
- * those of which the most is wanted are turned round. */
-static inline void group_slopes(packet *p, uint32_t at, v_float sense, v_float rows[5]) {
-  const v_float depth = v_load(&p->direction[p->order[2]][at]), nothing = v_set(0.0f);
-  for (int i = 0; i < 2; i++) {
-    const v_float shear = v_load(&p->direction[p->order[i]][at]) / depth;
-    v_store((i == 0 ? p->shear_x : p->shear_y) + at, shear);
-    rows[2 * i] = shear * sense, rows[2 * i + 1] = nothing - rows[2 * i];
-  }
-  rows[4] = nothing - v_load(&p->t[at]) * v_abs(depth);
+/* What the pass over all rays reads and writes, as values that the compiler can hold on to, and
+ * what it tells of the rays' class. */
+typedef struct slope_pass {
+  const float *direction[3], *t_min, *t; /* in the order of the sheared space */
+  float *shear[2];
+  v_float view, forward; /* the senses of the view and of the rays along the axis: 1 or -1 */
+  lane_bits turned[2];   /* the highest bit, where the packet's shears are negative */
+  lane_bits signs;       /* with the highest bit where a sign is not that of the packet */
+  v_mask in; /* lanes that are dead or may hit something, and look along the packet's axis */
+} slope_pass;
+
+static slope_pass slope_pass_of(packet *p) {
+  const int k = p->order[2];
+  slope_pass s = {.t_min = p->t_min, .t = p->t, .shear = {p->shear_x, p->shear_y}};
+  s.view = v_set(p->looks_negative ? -1.0f : 1.0f),
+  s.forward = v_set(p->negative[k] ? -1.0f : 1.0f);
+  s.in = v_from_bits(UINT32_MAX);
+  for (int i = 0; i < 3; i++)
+    s.direction[i] = p->direction[p->order[i]];
+  for (int i = 0; i < 2; i++)
+    s.turned[i] = s.signs + ((uint32_t)(p->negative[p->order[i]] != p->negative[k]) << 31);
+  return s;
 }
 
-static void prepare_slopes(packet *p) {
+/* The shears of a group, and in column i the rows that prepare_slopes reduces: least and most
+ * slopes, and depths; those of which the most is wanted are turned round. */
+static inline __attribute__((always_inline)) void
+group_slopes(slope_pass *s, uint32_t at, v_float rows[5][V_LANES], uint32_t i) {
+  const v_float depth = v_load(s->direction[2] + at), nothing = v_set(0.0f);
+  const v_float t_min = v_load(s->t_min + at), t = v_load(s->t + at);
+  for (int k = 0; k < 2; k++) {
+    const v_float shear = v_load(s->direction[k] + at) / depth, slope = shear * s->view;
+    v_store(s->shear[k] + at, shear);
+    rows[2 * k][i] = slope, rows[2 * k + 1][i] = nothing - slope;
+    s->signs |= (lane_bits)shear ^ s->turned[k];
+  }
+  rows[4][i] = nothing - t * v_abs(depth);
+  s->signs |= (lane_bits)t_min;
+  const v_mask open = v_or(v_lt(t_min, t), v_lt(t, v_set(-FLT_MAX))); /* or dead */
+  s->in = v_and(s->in, v_and(open, v_lt(nothing, depth * s->forward)));
+}
+
+/* Whether all rays are of the packet's class. False also of some at its limits. */
+static inline bool slopes_fit(const packet *p, const slope_pass *s) {
+  const uint32_t every = (uint32_t)((1ull << V_LANES) - 1);
+  bool in = (v_bits(s->in) & every) == every && lane_bits_any(s->signs) >> 31 == 0;
+  for (int i = 0; i < 2; i++) {
+    const float least = p->whole.slope_min[p->order[i]], most = p->whole.slope_max[p->order[i]];
+    in = in && least > -1.0f && most < 1.0f;
+    /* -0 is not negative. */
+    in = in && (!p->negative[p->order[i]] || least > 0.0f || most < 0.0f);
+  }
+  return in;
+}
+
+/* Whether all rays are of the packet's class; if not, some numbers are not sound. */
+static bool prepare_slopes(packet *p) {
   const int kx = p->order[0], ky = p->order[1], kz = p->order[2];
   const uint32_t groups = packet_groups(p);
-  const v_float sense = v_set(p->looks_negative ? -1.0f : 1.0f), nothing = v_set(0.0f);
+  const v_float nothing = v_set(0.0f), one = v_set(1.0f);
+  slope_pass s = slope_pass_of(p);
   frustums *f = &p->groups;
   for (uint32_t g = 0; g < groups; g += V_LANES) {
-    v_float rows[5][V_LANES], each[5];
-    for (uint32_t i = 0; i < V_LANES; i++) {
-      const uint32_t group = g + i < groups ? g + i : g;
-      group_slopes(p, group * V_LANES, sense, each);
-      for (int row = 0; row < 5; row++)
-        rows[row][i] = each[row];
-    }
+    v_float rows[5][V_LANES];
+    if (g + V_LANES <= groups)
+      for (uint32_t i = 0; i < V_LANES; i++)
+        group_slopes(&s, (g + i) * V_LANES, rows, i);
+    else
+      for (uint32_t i = 0; i < V_LANES; i++)
+        group_slopes(&s, (g + i < groups ? g + i : g) * V_LANES, rows, i);
     v_store(&f->slope_min[kx][g], v_least_of_rows(rows[0]));
     v_store(&f->slope_max[kx][g], nothing - v_least_of_rows(rows[1]));
     v_store(&f->slope_min[ky][g], v_least_of_rows(rows[2]));
     v_store(&f->slope_max[ky][g], nothing - v_least_of_rows(rows[3]));
-    v_store(&f->slope_min[kz][g], v_set(1.0f)), v_store(&f->slope_max[kz][g], v_set(1.0f));
+    v_store(&f->slope_min[kz][g], one), v_store(&f->slope_max[kz][g], one);
     v_store(&f->deepest[g], (nothing - v_least_of_rows(rows[4])) * v_set(1.0f + FRUSTUM_SLACK));
   }
   for (int axis = 0; axis < 3; axis++) {
     p->whole.slope_min[axis] = least_of(f->slope_min[axis], groups);
     p->whole.slope_max[axis] = most_of(f->slope_max[axis], groups);
   }
+  return slopes_fit(p, &s);
 }
 
 static inline v_float to_steps(v_float slope, float origin, float scale) {
@@ -132,6 +178,14 @@ static inline v_float to_steps(v_float slope, float origin, float scale) {
 
 static inline int16_t depth_step(float depth) {
   return (int16_t)(float_bits(depth) >> 16);
+}
+
+/* Takes over how deep the groups are. What was stored just now is slow to be read as vectors, so
+ * this comes a block later: what is listed until then is a little more than need be. */
+static inline void steps_deepest(packet *p) {
+  for (uint32_t g = 0; g < packet_groups(p); g += V_BYTES)
+    v_store_shorts(p->steps.deepest + g, p->groups.deepest + g);
+  p->steps.behind = false;
 }
 
 static inline float steps_scale(float low, float high) {
@@ -151,8 +205,7 @@ static void prepare_steps(packet *p) {
     v_store_bytes(s->low_y + g, to_steps(v_load(&f->slope_min[y][g]), s->origin_y, s->scale_y));
     v_store_bytes(s->high_y + g, to_steps(v_load(&f->slope_max[y][g]), s->origin_y, s->scale_y));
   }
-  for (uint32_t g = 0; g < packet_groups(p); g++)
-    s->deepest[v_short_place(g)] = depth_step(f->deepest[g]);
+  steps_deepest(p);
 }
 
 /* What hits leave undone: weights over determinants. A lane that was not hit since has 1. */
@@ -169,8 +222,9 @@ static void finish_weights(packet *p) {
   }
 }
 
-/* Derives what the tests need of each ray, and the frustums. */
-static void packet_prepare(packet *p, bool lecture, bool any, bool resume) {
+/* Derives what the tests need of each ray, and the frustums. False if the rays may not all be of
+ * the packet's class: then it is not to be traced, unless they are known to be. */
+static bool packet_prepare(packet *p, bool lecture, bool any, bool resume) {
   packet_pad(p);
   p->alive = p->count;
   for (uint32_t at = 0; !resume && at < p->count; at += V_LANES)
@@ -183,13 +237,14 @@ static void packet_prepare(packet *p, bool lecture, bool any, bool resume) {
   p->view = choose_view(p, any);
   if (lecture)
     p->view = NO_VIEW, p->looks_negative = p->negative[p->axis];
-  prepare_slopes(p);
+  const bool fits = prepare_slopes(p);
   packet_deepest(p);
   if (p->view == NO_VIEW) {
     prepare_origins(p);
     prepare_inverse(p);
-    return;
+  } else {
+    prepare_point(p);
+    prepare_steps(p);
   }
-  prepare_point(p);
-  prepare_steps(p);
+  return fits;
 }

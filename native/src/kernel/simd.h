@@ -213,6 +213,12 @@ static inline v_mask v_above(uint32_t x, v_uint a) {
 static inline v_mask v_equ(v_uint a, v_uint b) {
   return _mm512_cmpeq_epi32_mask(a, b);
 }
+/* table[stride * index], a 32-bit place, but `a` in the lanes of m. */
+static inline v_uint v_pick(v_mask m, v_uint a, const uint32_t *table, const int stride,
+                            v_uint index) {
+  const __m512i at = _mm512_mullo_epi32(index, _mm512_set1_epi32(stride));
+  return _mm512_mask_i32gather_epi32(a, (v_mask)~m, at, table, 4);
+}
 /* The neighbouring float above (up 1) or below (up -1). */
 static inline v_float v_next(v_float a, int up) {
   const __m512i bits = _mm512_castps_si512(a);
@@ -255,11 +261,27 @@ static inline v_bytes v_load_bytes(const void *p) {
 static inline v_bytes v_bytes_above(v_bytes a, v_bytes b) {
   return _mm512_subs_epu8(a, b);
 }
-/* The same of a short and V_BYTES others, in the order of v_short_place. */
+/* The same of a short and V_BYTES others that v_store_shorts has made. */
 static inline v_bytes v_short_above(int16_t a, const int16_t *b) {
   const __m512i all = _mm512_set1_epi16(a);
   return _mm512_packus_epi16(_mm512_subs_epi16(all, _mm512_loadu_si512(b)),
                              _mm512_subs_epi16(all, _mm512_loadu_si512(b + V_BYTES / 2)));
+}
+/* The upper halves of V_BYTES floats as shorts. v_short_above packs two vectors of these, which
+ * takes eight of the one and of the other in turns: so every other eight stand in the second one.
+ */
+static inline void v_store_shorts(int16_t *p, const float *from) {
+  const __m512i odd = _mm512_setr_epi64(2, 3, 6, 7, 10, 11, 14, 15);
+  const __m512i even = _mm512_setr_epi64(0, 1, 4, 5, 8, 9, 12, 13);
+  __m512i half[2];
+  for (int i = 0; i < 2; i++) {
+    const __m512i low = _mm512_srli_epi32(_mm512_loadu_si512(from + 32 * i), 16);
+    const __m512i high = _mm512_srli_epi32(_mm512_loadu_si512(from + 32 * i + 16), 16);
+    half[i] = _mm512_inserti64x4(_mm512_castsi256_si512(_mm512_cvtepi32_epi16(low)),
+                                 _mm512_cvtepi32_epi16(high), 1);
+  }
+  _mm512_storeu_si512(p, _mm512_permutex2var_epi64(half[0], even, half[1]));
+  _mm512_storeu_si512(p + V_BYTES / 2, _mm512_permutex2var_epi64(half[0], odd, half[1]));
 }
 static inline v_bytes v_bytes_or(v_bytes a, v_bytes b) {
   return _mm512_or_si512(a, b);
@@ -354,6 +376,12 @@ static inline v_mask v_above(uint32_t x, v_uint a) {
 static inline v_mask v_equ(v_uint a, v_uint b) {
   return _mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b));
 }
+static inline v_uint v_pick(v_mask m, v_uint a, const uint32_t *table, const int stride,
+                            v_uint index) {
+  const __m256i at = _mm256_mullo_epi32(index, _mm256_set1_epi32(stride));
+  const __m256i there = _mm256_xor_si256(_mm256_castps_si256(m), _mm256_set1_epi32(-1));
+  return _mm256_mask_i32gather_epi32(a, (const int *)table, at, there, 4);
+}
 static inline v_float v_next(v_float a, int up) {
   const __m256i bits = _mm256_castps_si256(a);
   const __m256i negative = _mm256_srai_epi32(bits, 31);
@@ -408,6 +436,14 @@ static inline v_bytes v_short_above(int16_t a, const int16_t *b) {
   const __m256i all = _mm256_set1_epi16(a);
   return _mm256_packus_epi16(_mm256_subs_epi16(all, v_load_bytes(b)),
                              _mm256_subs_epi16(all, v_load_bytes(b + V_BYTES / 2)));
+}
+static inline void v_store_shorts(int16_t *p, const float *from) {
+  for (int i = 0; i < 2; i++) {
+    const __m256i low = _mm256_srli_epi32(v_load_bytes(from + 8 * i), 16);
+    const __m256i high = _mm256_srli_epi32(v_load_bytes(from + 16 + 8 * i), 16);
+    const __m256i both = _mm256_permute4x64_epi64(_mm256_packus_epi32(low, high), 0xd8);
+    _mm256_storeu_si256((__m256i *)(p + 16 * i), both);
+  }
 }
 static inline v_bytes v_bytes_or(v_bytes a, v_bytes b) {
   return _mm256_or_si256(a, b);
@@ -502,6 +538,16 @@ static inline v_mask v_above(uint32_t x, v_uint a) {
 static inline v_mask v_equ(v_uint a, v_uint b) {
   return _mm_castsi128_ps(_mm_cmpeq_epi32(a, b));
 }
+static inline v_uint v_pick(v_mask m, v_uint a, const uint32_t *table, const int stride,
+                            v_uint index) {
+  const uint32_t in = ~(uint32_t)_mm_movemask_ps(m);
+  uint32_t at[4], to[4];
+  _mm_storeu_si128((__m128i *)at, index), _mm_storeu_si128((__m128i *)to, a);
+  for (int lane = 0; lane < 4; lane++)
+    if (in >> lane & 1)
+      to[lane] = table[(uint32_t)stride * at[lane]];
+  return _mm_loadu_si128((const __m128i *)to);
+}
 static inline v_float v_next(v_float a, int up) {
   const __m128i bits = _mm_castps_si128(a);
   const __m128i negative = _mm_srai_epi32(bits, 31);
@@ -546,6 +592,13 @@ static inline v_bytes v_short_above(int16_t a, const int16_t *b) {
   return _mm_packus_epi16(_mm_subs_epi16(all, v_load_bytes(b)),
                           _mm_subs_epi16(all, v_load_bytes(b + V_BYTES / 2)));
 }
+static inline void v_store_shorts(int16_t *p, const float *from) {
+  for (int i = 0; i < 2; i++) {
+    const __m128i low = _mm_srli_epi32(v_load_bytes(from + 8 * i), 16);
+    const __m128i high = _mm_srli_epi32(v_load_bytes(from + 8 * i + 4), 16);
+    _mm_storeu_si128((__m128i *)(p + 8 * i), _mm_packus_epi32(low, high));
+  }
+}
 static inline v_bytes v_bytes_or(v_bytes a, v_bytes b) {
   return _mm_or_si128(a, b);
 }
@@ -558,9 +611,12 @@ static inline int v_any(v_mask a) {
   return v_bits(a) != 0;
 }
 
-/* Where v_short_above looks for the short of byte i: packing two vectors takes eight shorts of the
- * one and of the other in turns. */
-static inline uint32_t v_short_place(uint32_t i) {
-  const uint32_t eight = i % V_BYTES / 8;
-  return i - i % V_BYTES + eight % 2 * (V_BYTES / 2) + eight / 2 * 8 + i % 8;
+/* Lanes as integers, in the compiler's vectors: for sums, shifts and single bits. */
+typedef uint32_t lane_bits __attribute__((vector_size(4 * V_LANES)));
+
+static inline uint32_t lane_bits_any(lane_bits a) {
+  uint32_t any = 0;
+  for (uint32_t lane = 0; lane < V_LANES; lane++)
+    any |= a[lane];
+  return any;
 }

@@ -81,34 +81,6 @@ static inline v_uint lane_classes(const ray_stream *rays, uint32_t at) {
   return v_selectu(ahead, octant | longest, v_setu(RAY_ALONE));
 }
 
-/* Whether rays first .. first + count are all of one class, as coherent packets mostly are. */
-static bool one_class(const ray_stream *rays, uint32_t first, uint32_t count, uint32_t class) {
-  const uint32_t every = (uint32_t)((1ull << V_LANES) - 1);
-  const uint32_t last = every >> ((count + V_LANES - 1) / V_LANES * V_LANES - count);
-  const int k = (int)class / 8;
-  const v_float nothing = v_set(0.0f);
-  const v_mask all = v_from_bits(every);
-  v_mask negative[3] = {all, all, all}, positive[3] = {all, all, all}, in = all;
-  for (uint32_t i = 0; i < count; i += V_LANES) {
-    const uint32_t at = first + i;
-    const v_mask dead = v_from_bits(count - i < V_LANES ? every & ~last : 0);
-    const v_float t_min = v_load(rays->t_min + at);
-    const v_float longest = v_abs(v_load(rays->direction[k] + at));
-    v_mask good = v_and(v_lt(t_min, v_load(rays->t + at)), v_le(nothing, t_min));
-    for (int axis = 0; axis < 3; axis++) {
-      const v_float d = v_load(rays->direction[axis] + at);
-      const v_mask below = v_lt(d, nothing);
-      negative[axis] = v_and(negative[axis], v_or(below, dead));
-      positive[axis] = v_andnot(positive[axis], v_andnot(below, dead));
-      good = v_and(good, axis < k ? v_lt(v_abs(d), longest) : v_le(v_abs(d), longest));
-    }
-    in = v_and(in, v_or(good, dead));
-  }
-  for (int axis = 0; axis < 3; axis++)
-    in = v_and(in, class >> axis & 1 ? negative[axis] : positive[axis]);
-  return v_bits(in) == every;
-}
-
 /* Whether these rays fill their groups of lanes, so that no other packet's rays lie in them. */
 static inline bool fills_groups(const ray_stream *rays, uint32_t first, uint32_t count) {
   return first % V_LANES == 0 && (count % V_LANES == 0 || first + count == rays->count);
@@ -148,8 +120,9 @@ typedef struct tracer {
   uint32_t quartered; /* large packets that are cut in four at once */
 } tracer;
 
-static bool trace_group(const trace_context *context, ray_stream *rays, packet *p, ray_group group,
-                        bool any, bool resume) {
+/* Makes a packet of a group; false if its rays may be of other classes. */
+static bool make_packet(const trace_context *context, const ray_stream *rays, packet *p,
+                        ray_group group, bool any, bool resume) {
   p->axis = (int)group.class / 8;
   for (int axis = 0; axis < 3; axis++)
     p->negative[axis] = group.class >> axis & 1;
@@ -157,11 +130,7 @@ static bool trace_group(const trace_context *context, ray_stream *rays, packet *
     packet_gather(p, rays, group.list, group.count, any, resume);
   else
     packet_borrow(p, rays, group.first, group.count);
-  packet_prepare(p, context->mode == WHITTLE_LECTURE, any, resume);
-  const bool done = traverse(context, p, any);
-  if (group.list)
-    packet_scatter(p, rays, any);
-  return done;
+  return packet_prepare(p, context->mode == WHITTLE_LECTURE, any, resume);
 }
 
 /* Whether these rays may have a view, by the first and the last of them. */
@@ -180,15 +149,17 @@ static void trace_viewless(const trace_context *context, ray_stream *rays, ray_g
   trace_generic(context, rays, group.list, group.first, group.count, group.class, any, resume);
 }
 
-/* A packet; if it has too little in common, its quarters, and at last smaller ones that need no
- * view, from where it was given up. Neighbours will hardly do better. */
 static void trace_class(const trace_context *context, ray_stream *rays, tracer *t, ray_group group,
-                        bool any, bool resume) {
-  if (context->mode != WHITTLE_LECTURE && !may_have_view(rays, group, any)) {
-    trace_viewless(context, rays, group, any, resume);
-    return;
-  }
-  if (trace_group(context, rays, &t->packet, group, any, resume))
+                        bool any, bool resume);
+
+/* The packet that was made of a group; if that has too little in common, its quarters, and at last
+ * smaller ones that need no view, from where it was given up. Neighbours will hardly do better. */
+static void trace_made(const trace_context *context, ray_stream *rays, tracer *t, ray_group group,
+                       bool any) {
+  const bool done = traverse(context, &t->packet, any);
+  if (group.list)
+    packet_scatter(&t->packet, rays, any);
+  if (done)
     return;
   if (group.count <= PACKET_SMALL || t->packet.view == NO_VIEW) {
     t->viewless = 3 * group.count;
@@ -203,6 +174,17 @@ static void trace_class(const trace_context *context, ray_stream *rays, tracer *
     part.count = group.count - at < step ? group.count - at : step;
     trace_class(context, rays, t, part, any, true);
   }
+}
+
+/* Rays that are known to be of one class. */
+static void trace_class(const trace_context *context, ray_stream *rays, tracer *t, ray_group group,
+                        bool any, bool resume) {
+  if (context->mode != WHITTLE_LECTURE && !may_have_view(rays, group, any)) {
+    trace_viewless(context, rays, group, any, resume);
+    return;
+  }
+  make_packet(context, rays, &t->packet, group, any, resume);
+  trace_made(context, rays, t, group, any);
 }
 
 /* Rays of several classes, or that share lanes with others: a packet for each class; without
@@ -248,8 +230,8 @@ static void trace_packet(const trace_context *context, ray_stream *rays, tracer 
   }
   const bool cut = large && t->quartered > 0;
   if (!cut && class != RAY_ALONE && (count >= PACKET_LEAST || lecture) &&
-      fills_groups(rays, first, count) && one_class(rays, first, count, class)) {
-    trace_class(context, rays, t, all, any, false);
+      fills_groups(rays, first, count) && make_packet(context, rays, &t->packet, all, any, false)) {
+    trace_made(context, rays, t, all, any);
     return;
   }
   if (!large) {

@@ -32,6 +32,7 @@ typedef struct chunk_results {
 
 static ray_stream stream_of(ray_chunk *chunk, chunk_results *results) {
   ray_stream rays = {.count = chunk->count,
+                     .one_origin = chunk->one_origin,
                      .t_min = chunk->t_min,
                      .t = chunk->t_max,
                      .u = results->u,
@@ -122,8 +123,7 @@ static void work(void *context, uint32_t worker, whittle_run_state *state) {
       give_counts(run->hits, &results, first, chunk.count);
     } else {
       run->kernels->any(&trace, &rays);
-      for (uint32_t i = 0; i < chunk.count; i++)
-        run->blocked[first + i] = results.record[i] != WHITTLE_NONE;
+      run->kernels->give_blocked(&rays, run->blocked + first);
     }
   }
 }

@@ -21,6 +21,7 @@ typedef struct ray_chunk {
   float t_min[RAY_CHUNK], t_max[RAY_CHUNK];
   int32_t t_exponent[RAY_CHUNK];
   uint32_t count;
+  bool one_origin; /* known to be the same in all entries up to count */
 } ray_chunk;
 
 static inline uint32_t float_bits(float value) {
