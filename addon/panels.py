@@ -178,6 +178,7 @@ def numbers(result: results.Result) -> list[tuple[str, str]]:
     """The rows of the last render's table: name and value."""
     build, stats, seconds = result.build, result.render, result.seconds
     kinds = ((kind, count) for kind, count in stats["rays"].items() if count)
+    judged = [("Judge", f"{seconds['judge']:.3f} s")] if "judge" in seconds else []
     return [
         ("Size", "{} x {}".format(*result.size)),
         ("Triangles", f"{build['triangles']:,}"),
@@ -189,6 +190,7 @@ def numbers(result: results.Result) -> list[tuple[str, str]]:
         ("Build", f"{seconds['build']:.3f} s"),
         ("Trace", f"{seconds['trace']:.3f} s"),
         *((f"    {name.title()}", f"{spent:.3f} s") for name, spent in result.tracing().items()),
+        *judged,
         ("Hand Over", f"{seconds['hand_over']:.3f} s"),
         *((f"{kind.title()} Rays", f"{count:,}") for kind, count in kinds),
         ("Speed", f"{result.rays_per_second() / 1e6:,.2f} Mrays/s"),

@@ -206,7 +206,11 @@ def test_the_result_tells_the_last_frame(busy, render, addon):
     assert tracing["primary"] > 0 and tracing["shade"] > 0
     assert sum(tracing.values()) == pytest.approx(result.seconds["trace"])
     assert names["    Shadow"] == f"{tracing['shadow']:.3f} s"
-    assert names["Hand Over"] == f"{result.seconds['hand_over']:.3f} s"
+    assert names["Hand Over"] == f"{result.seconds['hand_over']:.3f} s" and "Judge" not in names
+    busy.whittle.use_counters = True
+    render()
+    (result,) = addon.results.last
+    assert dict(addon.panels.numbers(result))["Judge"] == f"{result.seconds['judge']:.3f} s"
 
 
 def test_the_binary_tree_is_kept_only_to_count_on(busy, render, addon):
