@@ -93,18 +93,23 @@ typedef struct whittle_mesh {
   size_t vertex_count;
   const uint32_t *triangles; /* triangle_count x 3 indices below vertex_count */
   size_t triangle_count;
-  const float *normals;      /* NULL: flat. vertex_count x 3, or triangle_count x 3 x 3 */
-  int normals_by_corner;     /* which of the two */
+  const float *normals;      /* NULL: flat. vertex_count x 3, or by corner */
+  int normals_by_corner;     /* triangle_count x 3 x 3; with `corners`, corner_count x 3 */
   const uint32_t *materials; /* NULL: all 0. triangle_count indices into the materials */
   const uint32_t *corners;   /* NULL, or what `triangles` index then, below corner_count: corners of
                                 polygons, each with the index of its vertex */
   size_t corner_count;
+  /* NULL: the arrays are copied. Else those named first are used as they are, and must stay the
+   * same, until the mesh is gone, which calls this once on whatever thread that is. With `corners`,
+   * triangles and normals are copied all the same. A call that fails keeps nothing. */
+  void (*release)(void *owner);
+  void *owner;
 } whittle_mesh;
 
 WHITTLE_API whittle_status whittle_scene_create(whittle_scene **scene, whittle_error *error);
 WHITTLE_API void whittle_scene_destroy(whittle_scene *scene); /* NULL is fine */
 
-/* Copies the arrays and gives the mesh's index, counted from 0. */
+/* Adds a mesh and gives its index, counted from 0. */
 WHITTLE_API whittle_status whittle_scene_add_mesh(whittle_scene *scene, const whittle_mesh *mesh,
                                                   uint32_t *index, whittle_error *error);
 
@@ -133,6 +138,30 @@ WHITTLE_API whittle_status whittle_scene_replace_mesh(whittle_scene *scene, uint
 /* Its mesh stays, for others to show: replaced by an empty one it takes no memory. */
 WHITTLE_API whittle_status whittle_scene_remove_instance(whittle_scene *scene, uint32_t instance,
                                                          whittle_error *error);
+
+/* ---- Polygons ---- */
+
+typedef struct whittle_polygons {
+  const float *positions; /* vertex_count x 3 */
+  size_t vertex_count;
+  const uint32_t *corners; /* one polygon's after the other's, each the index of its vertex */
+  size_t corner_count;
+  const uint32_t *faces; /* of each triangle the number of its polygon, never falling: one of k
+                            corners has k - 2, so one that is not named has two corners */
+  size_t triangle_count;
+} whittle_polygons;
+
+/* What whittle_triangulate leaves open. */
+#define WHITTLE_OPEN UINT32_MAX
+
+/* Writes triangle_count x 3 indices of vertices, or of corners if `by_corner` is not 0. A quad is
+ * divided from its first corner to its third if the areas of the halves face the same way, else
+ * from the second to the fourth. Where single precision could see that otherwise, as with an area
+ * of 0, and for five corners and more, the triangles get three times WHITTLE_OPEN, and `open` their
+ * number. */
+WHITTLE_API whittle_status whittle_triangulate(const whittle_polygons *polygons, int by_corner,
+                                               uint32_t *triangles, size_t *open,
+                                               whittle_error *error);
 
 /* What a surface does with light; a surface is the sum of its lobes and all zero is black.
  * Per channel and for light at angle theta to the normal, F the exact dielectric reflectance of

@@ -52,13 +52,24 @@ static bool by_vertex_or_corner(const array_view *view, const char *name, const 
   return array_check_shape(view, name, text, -1, NULL);
 }
 
+static bool by_polygon_corner(const array_view *view, const whittle_mesh *mesh) {
+  const Py_ssize_t shape[] = {(Py_ssize_t)mesh->corner_count, 3};
+  char text[32];
+  PyOS_snprintf(text, sizeof text, "(%lld, 3)", (long long)shape[0]);
+  return array_check_shape(view, "normals", text, 2, shape);
+}
+
 static bool read_normals(module_state *state, PyObject *normals, mesh_arrays *arrays) {
   whittle_mesh *mesh = &arrays->mesh;
   if (normals == Py_None)
     return true;
-  return array_read(state, normals, "normals", ARRAY_REAL, &arrays->normals) &&
-         by_vertex_or_corner(&arrays->normals, "normals", mesh, 3, &mesh->normals_by_corner) &&
-         (mesh->normals = array_floats(&arrays->normals, &arrays->owned[2]));
+  if (!array_read(state, normals, "normals", ARRAY_REAL, &arrays->normals))
+    return false;
+  mesh->normals_by_corner = mesh->corners != NULL;
+  const bool fits = mesh->corners ? by_polygon_corner(&arrays->normals, mesh)
+                                  : by_vertex_or_corner(&arrays->normals, "normals", mesh, 3,
+                                                        &mesh->normals_by_corner);
+  return fits && (mesh->normals = array_floats(&arrays->normals, &arrays->owned[2]));
 }
 
 static bool read_materials(module_state *state, PyObject *materials, mesh_arrays *arrays) {
@@ -115,26 +126,80 @@ static bool check_uvs(module_state *state, PyObject *uvs, const whittle_mesh *me
 
 /* What add_mesh and replace_mesh are given, but not yet read. */
 typedef struct mesh_arguments {
-  PyObject *positions, *triangles, *normals, *uvs, *materials, *corners;
+  PyObject *positions, *triangles, *normals, *uvs, *materials, *corners, *keep;
 } mesh_arguments;
 
+/* Called by the core when a mesh goes, whichever thread that is on. */
+static void release_kept(void *owner) {
+  const PyGILState_STATE state = PyGILState_Ensure();
+  release_arrays(owner);
+  PyMem_Free(owner);
+  PyGILState_Release(state);
+}
+
+/* An array that nobody can write to by accident; an absent one is fine. */
+static bool can_keep(const array_view *view, const void *owned, const char *name) {
+  if (!view->buffer.obj || (view->buffer.readonly && !owned))
+    return true;
+  return raise_value(name, "must be read-only, of the core's own type and without gaps to be kept");
+}
+
+/* Lets the core use the arrays as they are, from a place of their own. With corners it copies
+ * triangles and normals. */
+static bool keep_arrays(mesh_arrays *arrays) {
+  if (!can_keep(&arrays->positions, arrays->owned[0], "positions") ||
+      !can_keep(&arrays->triangles, arrays->owned[1], "triangles") ||
+      !can_keep(&arrays->normals, arrays->owned[2], "normals") ||
+      !can_keep(&arrays->materials, arrays->owned[3], "materials"))
+    return false;
+  mesh_arrays *kept = PyMem_Calloc(1, sizeof *kept);
+  if (!kept)
+    return PyErr_NoMemory();
+  kept->positions = arrays->positions;
+  kept->materials = arrays->materials;
+  if (!arrays->mesh.corners) {
+    kept->triangles = arrays->triangles;
+    kept->normals = arrays->normals;
+  }
+  arrays->mesh.release = release_kept;
+  arrays->mesh.owner = kept;
+  return true;
+}
+
 static bool read_mesh(module_state *state, const mesh_arguments *from, mesh_arrays *arrays) {
-  return read_surface(state, from->positions, from->triangles, arrays) &&
-         read_normals(state, from->normals, arrays) &&
+  int keep = 0;
+  return (!from->keep || argument_flag(from->keep, "keep", &keep)) &&
+         read_surface(state, from->positions, from->triangles, arrays) &&
+         read_corners(state, from->corners, arrays) && read_normals(state, from->normals, arrays) &&
          read_materials(state, from->materials, arrays) &&
-         read_corners(state, from->corners, arrays) && check_uvs(state, from->uvs, &arrays->mesh);
+         check_uvs(state, from->uvs, &arrays->mesh) && (!keep || keep_arrays(arrays));
+}
+
+/* Gives up what no mesh of the core keeps. */
+static void end_mesh(mesh_arrays *arrays, bool added) {
+  const array_view none = {0};
+  if (!added)
+    PyMem_Free(arrays->mesh.owner);
+  if (added && arrays->mesh.owner) {
+    arrays->positions = arrays->materials = none;
+    if (!arrays->mesh.corners)
+      arrays->triangles = arrays->normals = none;
+  }
+  release_arrays(arrays);
 }
 
 PyObject *scene_add_mesh(PyObject *self, PyObject *args, PyObject *kwargs) {
-  static char *names[] = {"positions", "triangles", "normals", "uvs", "materials", "corners", NULL};
+  static char *names[] = {"positions", "triangles", "normals", "uvs",
+                          "materials", "corners",   "keep",    NULL};
   mesh_arguments from = {
       .normals = Py_None, .uvs = Py_None, .materials = Py_None, .corners = Py_None};
-  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "OO|OOO$O:add_mesh", names, &from.positions,
+  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "OO|OOO$OO:add_mesh", names, &from.positions,
                                    &from.triangles, &from.normals, &from.uvs, &from.materials,
-                                   &from.corners))
+                                   &from.corners, &from.keep))
     return NULL;
   module_state *state = state_of(self);
   mesh_arrays arrays = {0};
+  bool added = false;
   PyObject *result = NULL;
   if (read_mesh(state, &from, &arrays)) {
     uint32_t index = 0;
@@ -144,25 +209,27 @@ PyObject *scene_add_mesh(PyObject *self, PyObject *args, PyObject *kwargs) {
         whittle_scene_add_mesh(scene_handle(self), &arrays.mesh, &index, &error);
     Py_END_ALLOW_THREADS result =
         status ? raise_status(state, status, &error) : PyLong_FromUnsignedLong(index);
+    added = status == WHITTLE_OK;
   }
-  release_arrays(&arrays);
+  end_mesh(&arrays, added);
   return result;
 }
 
 PyObject *scene_replace_mesh(PyObject *self, PyObject *args, PyObject *kwargs) {
-  static char *names[] = {"mesh", "positions", "triangles", "normals",
-                          "uvs",  "materials", "corners",   NULL};
+  static char *names[] = {"mesh",      "positions", "triangles", "normals", "uvs",
+                          "materials", "corners",   "keep",      NULL};
   mesh_arguments from = {
       .normals = Py_None, .uvs = Py_None, .materials = Py_None, .corners = Py_None};
   PyObject *number;
   uint32_t mesh;
-  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "OOO|OOO$O:replace_mesh", names, &number,
+  if (!PyArg_ParseTupleAndKeywords(args, kwargs, "OOO|OOO$OO:replace_mesh", names, &number,
                                    &from.positions, &from.triangles, &from.normals, &from.uvs,
-                                   &from.materials, &from.corners) ||
+                                   &from.materials, &from.corners, &from.keep) ||
       !argument_uint32(number, "mesh", 0, &mesh))
     return NULL;
   module_state *state = state_of(self);
   mesh_arrays arrays = {0};
+  bool added = false;
   PyObject *result = NULL;
   if (read_mesh(state, &from, &arrays)) {
     whittle_error error = {0};
@@ -170,8 +237,9 @@ PyObject *scene_replace_mesh(PyObject *self, PyObject *args, PyObject *kwargs) {
     Py_BEGIN_ALLOW_THREADS status =
         whittle_scene_replace_mesh(scene_handle(self), mesh, &arrays.mesh, &error);
     Py_END_ALLOW_THREADS result = status ? raise_status(state, status, &error) : Py_BuildValue("");
+    added = status == WHITTLE_OK;
   }
-  release_arrays(&arrays);
+  end_mesh(&arrays, added);
   return result;
 }
 

@@ -50,6 +50,8 @@ static PyMethodDef module_methods[] = {
     {"isas", module_isas, METH_NOARGS, "isas()\n--\n\nThe instruction sets that can run here."},
     {"default_threads", module_default_threads, METH_NOARGS,
      "default_threads()\n--\n\nWhat threads=0 means here."},
+    {"triangulate", (PyCFunction)(void (*)(void))module_triangulate, METH_VARARGS | METH_KEYWORDS,
+     "triangulate(positions, corners, faces, *, by_corner=False)\n--\n\nSee whittle_core.pyi."},
     {0},
 };
 

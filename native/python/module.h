@@ -28,6 +28,9 @@ PyObject *state_numpy(module_state *state);
 extern PyType_Spec scene_type_spec, job_type_spec;
 PyObject *job_start(PyObject *scene, PyObject *camera, PyObject *settings);
 
+/* polygons.c */
+PyObject *module_triangulate(PyObject *module, PyObject *args, PyObject *kwargs);
+
 /* The scene behind a Scene object. */
 whittle_scene *scene_handle(PyObject *self);
 

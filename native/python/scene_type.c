@@ -41,11 +41,11 @@ static void scene_dealloc(PyObject *self) {
 
 static PyMethodDef scene_methods[] = {
     METHOD(add_mesh, "($self, positions, triangles, normals=None, uvs=None, materials=None, "
-                     "*, corners=None)"),
+                     "*, corners=None, keep=False)"),
     METHOD(add_instance, "($self, mesh, transform, object_id=0, visibility=15)"),
     METHOD(set_transform, "($self, instance, transform)"),
     METHOD(replace_mesh, "($self, mesh, positions, triangles, normals=None, uvs=None, "
-                         "materials=None, *, corners=None)"),
+                         "materials=None, *, corners=None, keep=False)"),
     METHOD(remove_instance, "($self, instance)"),
     METHOD(set_materials, "($self, materials)"),
     METHOD(set_lights, "($self, lights)"),

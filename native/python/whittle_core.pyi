@@ -37,6 +37,19 @@ def isas() -> tuple[str, ...]:
 def default_threads() -> int:
     """What ``threads=0`` means here."""
 
+def triangulate(
+    positions: ArrayLike,  # float32 (n, 3)
+    corners: ArrayLike,  # uint32 (k,): the vertex of each polygon's corner, polygon by polygon
+    faces: ArrayLike,  # uint32 (m,), never falling: the polygon of each triangle
+    *,
+    by_corner: bool = False,
+) -> tuple[NDArray[np.uint32], int]:
+    """Triangles (m, 3) of vertices, or by_corner of corners, and how many of them are open: those
+    hold 4294967295 three times. Triangles stay; a quad is divided from its first corner to its
+    third if the areas of the halves face the same way, else from the second to the fourth. Quads
+    where rounding may decide that, and polygons of more corners, are left open. ValueError names
+    what does not fit."""
+
 @final
 class Scene:
     """Meshes, instances, materials, lights and world; then a BVH; then rays and images.
@@ -57,9 +70,14 @@ class Scene:
         materials: ArrayLike | None = None,  # uint32 (m,)
         *,
         corners: ArrayLike | None = None,  # uint32 (k,): triangles index these then
+        keep: bool = False,
     ) -> int:
         """Gives its number. Triangles index vertices, or with corners (the vertex of each corner of
-        the mesh's polygons) those; ValueError names an index that is too large."""
+        the mesh's polygons) those, and then normals are (k, 3); ValueError names an index that is
+        too large.
+
+        Arrays are copied, or with keep used as they are until the mesh is gone: they must be
+        read-only, C-ordered and of the types named."""
     def add_instance(
         self,
         mesh: int,
@@ -80,6 +98,7 @@ class Scene:
         materials: ArrayLike | None = None,
         *,
         corners: ArrayLike | None = None,
+        keep: bool = False,
     ) -> None:
         """Gives all instances of a mesh another one; arrays as in add_mesh. If only its normals or
         materials differ, a build by instance keeps their subtrees."""

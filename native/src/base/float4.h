@@ -12,6 +12,9 @@ typedef __m128 float4;
 static inline float4 float4_load(const float *p) {
   return _mm_load_ps(p);
 } /* aligned to 16 */
+static inline float4 float4_load_any(const float *p) {
+  return _mm_loadu_ps(p);
+}
 static inline void float4_store(float *p, float4 a) {
   _mm_store_ps(p, a);
 }
@@ -52,6 +55,9 @@ static inline float4 float4_every(void) {
 static inline float4 float4_not(float4 a) {
   return _mm_xor_ps(a, _mm_castsi128_ps(_mm_set1_epi32(-1)));
 }
+static inline uint32_t float4_bits(float4 mask) {
+  return (uint32_t)_mm_movemask_ps(mask);
+}
 static inline uint32_t float4_any(float4 mask) {
   return _mm_movemask_ps(mask) != 0;
 }
@@ -78,6 +84,17 @@ static inline void float4_transpose3(float4 a, float4 b, float4 c, float4 out[3]
   out[0] = _mm_movelh_ps(low, c_low);
   out[1] = _mm_movehl_ps(c_low, low);
   out[2] = _mm_movelh_ps(high, _mm_unpackhi_ps(c, zero));
+}
+
+/* The x, y and z of four points; the float behind each is read and left out. */
+static inline void float4_columns(const float *a, const float *b, const float *c, const float *d,
+                                  float4 out[3]) {
+  const float4 p = float4_load_any(a), q = float4_load_any(b);
+  const float4 r = float4_load_any(c), s = float4_load_any(d);
+  const float4 low = _mm_unpacklo_ps(p, q), high = _mm_unpacklo_ps(r, s);
+  out[0] = _mm_movelh_ps(low, high);
+  out[1] = _mm_movehl_ps(high, low);
+  out[2] = _mm_movelh_ps(_mm_unpackhi_ps(p, q), _mm_unpackhi_ps(r, s));
 }
 
 /* Four counts at once. */

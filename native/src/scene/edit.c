@@ -44,7 +44,7 @@ static whittle_status replace_mesh(whittle_scene *scene, uint32_t number,
                         "Mesh %u is asked for, but the scene has %zu, counted from 0.", number,
                         scene->mesh_count);
   mesh made;
-  const whittle_status status = whittle_mesh_copy(&made, source, error);
+  const whittle_status status = whittle_mesh_take(&made, source, error);
   if (status != WHITTLE_OK)
     return status;
   mesh *old = &scene->meshes[number];

@@ -1,6 +1,6 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* Meshes: checked and copied once, when they are added. */
+/* Meshes: checked once, when they are added, and copied or kept. */
 
 #include "scene/mesh.h"
 #include "base/memory.h"
@@ -8,11 +8,13 @@
 #include <string.h>
 
 void whittle_mesh_free(mesh *m) {
-  whittle_release(m->positions);
-  whittle_release(m->triangles);
-  whittle_release(m->normals);
-  whittle_release(m->materials);
+  whittle_release(m->own.positions);
+  whittle_release(m->own.triangles);
+  whittle_release(m->own.normals);
+  whittle_release(m->own.materials);
   whittle_release(m->used);
+  if (m->release)
+    m->release(m->owner);
   memset(m, 0, sizeof *m);
 }
 
@@ -58,26 +60,44 @@ static void *room_for(const void *source, size_t count, size_t size, bool *faile
   return memory;
 }
 
-whittle_status whittle_mesh_copy(mesh *m, const whittle_mesh *source, whittle_error *error) {
+/* The arrays of `m`: room for copies, or the source's own. */
+static bool provide(mesh *m, const whittle_mesh *source, size_t normals) {
+  bool failed = false;
+  const bool copy = !source->release, resolve = copy || source->corners;
+  const size_t vector = 3 * sizeof(float), triangle = 3 * sizeof(uint32_t);
+  mesh_memory *own = &m->own;
+  own->positions = room_for(copy ? source->positions : NULL, m->vertex_count, vector, &failed);
+  own->triangles =
+      room_for(resolve ? source->triangles : NULL, m->triangle_count, triangle, &failed);
+  own->normals = room_for(resolve ? source->normals : NULL, normals, vector, &failed);
+  own->materials =
+      room_for(copy ? source->materials : NULL, m->triangle_count, sizeof(uint32_t), &failed);
+  m->positions = own->positions ? own->positions : source->positions;
+  m->triangles = own->triangles ? own->triangles : source->triangles;
+  m->normals = own->normals ? own->normals : source->normals;
+  m->materials = own->materials ? own->materials : source->materials;
+  m->used = whittle_allocate(m->vertex_count, 1);
+  return !failed && m->used;
+}
+
+whittle_status whittle_mesh_take(mesh *m, const whittle_mesh *source, whittle_error *error) {
   memset(m, 0, sizeof *m);
   whittle_status status = check(source, error);
   if (status != WHITTLE_OK)
     return status;
-  bool failed = false;
   m->vertex_count = source->vertex_count;
   m->triangle_count = source->triangle_count;
   m->normals_by_corner = source->normals && source->normals_by_corner;
   const size_t normals = m->normals_by_corner ? 3 * m->triangle_count : m->vertex_count;
-  m->positions = room_for(source->positions, m->vertex_count, 3 * sizeof(float), &failed);
-  m->triangles = room_for(source->triangles, m->triangle_count, 3 * sizeof(uint32_t), &failed);
-  m->normals = room_for(source->normals, normals, 3 * sizeof(float), &failed);
-  m->materials = room_for(source->materials, m->triangle_count, sizeof(uint32_t), &failed);
-  m->used = whittle_allocate(m->vertex_count, 1);
-  if (failed || !m->used)
+  if (!provide(m, source, normals))
     status = whittle_out_of_memory(error, "a mesh");
   else
     status = whittle_mesh_fill(m, source, normals, error);
-  if (status != WHITTLE_OK)
+  if (status != WHITTLE_OK) {
     whittle_mesh_free(m);
-  return status;
+    return status;
+  }
+  m->release = source->release;
+  m->owner = source->owner;
+  return WHITTLE_OK;
 }

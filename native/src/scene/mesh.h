@@ -1,6 +1,6 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* Meshes: checked and copied once, when they are added. */
+/* Meshes: checked once, when they are added, and copied or kept. */
 
 #pragma once
 
@@ -10,10 +10,10 @@
 #define MOST_TRIANGLES ((size_t)INT32_MAX)
 #define MOST_VERTICES ((size_t)UINT32_MAX)
 
-whittle_status whittle_mesh_copy(mesh *m, const whittle_mesh *source, whittle_error *error);
+whittle_status whittle_mesh_take(mesh *m, const whittle_mesh *source, whittle_error *error);
 void whittle_mesh_free(mesh *m);
 
-/* Part of whittle_mesh_copy: fills the arrays of `m`, which have their room, and checks the
+/* Part of whittle_mesh_take: fills the copies of `m`, which have their room, and checks the
  * indices; `normals` is how many there are. */
 whittle_status whittle_mesh_fill(mesh *m, const whittle_mesh *source, size_t normals,
                                  whittle_error *error);

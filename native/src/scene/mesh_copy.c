@@ -1,6 +1,6 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* Copying a mesh: its indices checked and its vertices looked at while they pass by, in pieces that
+/* Filling a mesh: its indices checked and its vertices looked at while they pass by, in pieces that
  * threads share, for a render begins with nothing else to do. */
 
 #include "base/memory.h"
@@ -26,7 +26,7 @@ typedef struct copying {
 static void copy_part(void *to, const void *from, size_t count, size_t size, uint32_t k,
                       uint32_t pieces) {
   const size_t begin = count * k / pieces, end = count * (k + 1) / pieces;
-  if (from && end > begin)
+  if (to && end > begin)
     memcpy((char *)to + begin * size, (const char *)from + begin * size, (end - begin) * size);
 }
 
@@ -41,39 +41,53 @@ static bool any_not_finite(const float *numbers, size_t count) {
   return found;
 }
 
-static uint32_t largest(const uint32_t *indices, size_t count) {
-  uint32_t most = 0;
+/* Whether all of the numbers are below the limit. Below 2^31 signs tell it, four at a time. */
+static bool all_below(size_t limit, const uint32_t *indices, size_t count) {
+  uint32_t beyond = 0;
+  if (limit && limit <= INT32_MAX) {
+    const uint32_t last = (uint32_t)limit - 1;
+    for (size_t i = 0; i < count; i++)
+      beyond |= indices[i] | (last - indices[i]);
+    return beyond <= INT32_MAX;
+  }
   for (size_t i = 0; i < count; i++)
-    most = indices[i] > most ? indices[i] : most;
-  return most;
+    beyond |= indices[i] >= limit;
+  return !beyond;
 }
 
-/* The vertices of so many corners of triangles; false if an index is too large. */
-static bool copy_indices(const whittle_mesh *from, uint32_t *to, const uint32_t *indices,
-                         size_t count) {
+/* The vertices of so many corners of triangles from `first` on; false if an index is too large. */
+static bool copy_indices(const whittle_mesh *from, mesh *to, size_t first, size_t count) {
+  const uint32_t *indices = from->triangles + first;
   if (!from->corners) {
-    memcpy(to, indices, count * sizeof *indices);
-    return largest(indices, count) < from->vertex_count;
+    if (to->own.triangles)
+      memcpy(to->own.triangles + first, indices, count * sizeof *indices);
+    return all_below(from->vertex_count, indices, count);
   }
-  if (largest(indices, count) >= from->corner_count)
+  uint32_t *copy = to->own.triangles + first;
+  if (!all_below(from->corner_count, indices, count))
     return false;
   for (size_t k = 0; k < count; k++)
-    to[k] = from->corners[indices[k]];
-  return largest(to, count) < from->vertex_count;
+    copy[k] = from->corners[indices[k]];
+  for (size_t k = 0; to->normals_by_corner && k < count; k++)
+    memcpy(to->own.normals + 3 * (first + k), from->normals + 3 * (size_t)indices[k],
+           3 * sizeof(float));
+  return all_below(from->vertex_count, copy, count);
 }
 
 /* As if all vertices were finite: if not, they are marked again. Threads may write the same byte,
  * all of them 1. */
 static void copy_triangles(copying *c, size_t begin, size_t end) {
+  uint8_t *const used = c->made->used;
   for (size_t i = 3 * begin; i < 3 * end; i += BLOCK) {
     const size_t count = 3 * end - i < BLOCK ? 3 * end - i : BLOCK;
-    uint32_t *indices = c->made->triangles + i;
-    if (!copy_indices(c->source, indices, c->source->triangles + i, count)) {
+    if (!copy_indices(c->source, c->made, i, count)) {
       atomic_store(&c->bad_index, 1);
       return;
     }
+    const uint32_t *indices = c->made->triangles + i;
     for (size_t k = 0; k < count; k++)
-      __atomic_store_n(&c->made->used[indices[k]], 1, __ATOMIC_RELAXED);
+      if (!__atomic_load_n(&used[indices[k]], __ATOMIC_RELAXED))
+        __atomic_store_n(&used[indices[k]], 1, __ATOMIC_RELAXED);
   }
 }
 
@@ -81,9 +95,11 @@ static void copy_piece(copying *c, uint32_t k) {
   const whittle_mesh *from = c->source;
   mesh *to = c->made;
   const uint32_t pieces = c->pieces;
-  copy_part(to->positions, from->positions, to->vertex_count, 3 * sizeof(float), k, pieces);
-  copy_part(to->normals, from->normals, c->normals, 3 * sizeof(float), k, pieces);
-  copy_part(to->materials, from->materials, to->triangle_count, sizeof(uint32_t), k, pieces);
+  mesh_memory *own = &to->own;
+  copy_part(own->positions, from->positions, to->vertex_count, 3 * sizeof(float), k, pieces);
+  copy_part(own->materials, from->materials, to->triangle_count, sizeof(uint32_t), k, pieces);
+  if (!from->corners || !to->normals_by_corner)
+    copy_part(own->normals, from->normals, c->normals, 3 * sizeof(float), k, pieces);
   const size_t begin = to->vertex_count * k / pieces, end = to->vertex_count * (k + 1) / pieces;
   if (any_not_finite(to->positions + 3 * begin, 3 * (end - begin)))
     atomic_store(&c->not_finite, 1);

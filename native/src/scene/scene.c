@@ -67,7 +67,7 @@ static whittle_status add_mesh(whittle_scene *scene, const whittle_mesh *source,
                                whittle_error *error) {
   if (!grow((void **)&scene->meshes, scene->mesh_count, &scene->mesh_capacity, sizeof(mesh)))
     return whittle_out_of_memory(error, "the list of meshes");
-  const whittle_status status = whittle_mesh_copy(&scene->meshes[scene->mesh_count], source, error);
+  const whittle_status status = whittle_mesh_take(&scene->meshes[scene->mesh_count], source, error);
   if (status != WHITTLE_OK)
     return status;
   if (index)

@@ -11,12 +11,23 @@
 #include <stddef.h>
 #include <stdint.h>
 
-typedef struct mesh {
+/* Those of a mesh's arrays that are copies; NULL where it reads the caller's. */
+typedef struct mesh_memory {
   float *positions;
   uint32_t *triangles;
-  float *normals;      /* NULL: flat */
-  uint32_t *materials; /* NULL: all 0 */
-  uint8_t *used;       /* by vertex: is a corner of a finite triangle; NULL: all are */
+  float *normals;
+  uint32_t *materials;
+} mesh_memory;
+
+typedef struct mesh {
+  const float *positions;
+  const uint32_t *triangles;
+  const float *normals;      /* NULL: flat */
+  const uint32_t *materials; /* NULL: all 0 */
+  mesh_memory own;
+  void (*release)(void *owner); /* gives back the arrays that are not our own; or NULL */
+  void *owner;
+  uint8_t *used; /* by vertex: is a corner of a finite triangle; NULL: all are */
   size_t vertex_count, triangle_count;
   bool normals_by_corner;
   uint64_t version; /* of positions and triangles: no other mesh of the scene ever had it */
