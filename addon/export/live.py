@@ -185,8 +185,8 @@ class Live:
 
     def _store(self, data: dict[str, Any], target: int | None) -> int:
         if target is None:
-            return self._edited().add_mesh(**data)
-        self._edited().replace_mesh(target, **data)
+            return self._edited().add_mesh(**data, keep=True)
+        self._edited().replace_mesh(target, **data, keep=True)
         return target
 
     def _put(self, identity: Identity, placed: Placed) -> bool:

@@ -10,8 +10,15 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import native
 from ..notes import Notes
 from .materials import Table
+
+OPEN = 0xFFFFFFFF
+"""What the core writes for corners of triangles that it leaves open."""
+
+MANY = 4
+"""To be asked for a triangle by its number takes about as many times as long as one of a list."""
 
 Key = tuple[int, tuple[int, ...], bytes]
 """Of a mesh for the core: Blender's mesh, its materials, and where it was squashed flat."""
@@ -98,7 +105,9 @@ def _place(instance: bpy.types.DepsgraphObjectInstance) -> Place:
 def _squash(data: dict[str, Any], matrix: NDArray[np.float64]) -> None:
     """An object squashed flat: no inverse, so its vertices are placed here, not by the core."""
     positions = data["positions"] @ matrix[:3, :3].T + matrix[:3, 3]
-    data |= {"positions": positions.astype(np.float32), "normals": None}
+    positions = positions.astype(np.float32)
+    positions.flags.writeable = False
+    data |= {"positions": positions, "normals": None}
 
 
 class Meshes:
@@ -122,7 +131,7 @@ class Meshes:
             data = self._reader.arrays(instance, placed)
             if data is None:
                 return
-            self._index[placed.mesh] = self._scene.add_mesh(**data)
+            self._index[placed.mesh] = self._scene.add_mesh(**data, keep=True)
         mesh = self._index[placed.mesh]
         self._scene.add_instance(
             mesh, placed.matrix, object_id=placed.object_id, visibility=placed.visibility
@@ -134,20 +143,26 @@ class Meshes:
 
 
 def arrays(mesh: bpy.types.Mesh, slots: NDArray[np.uint32]) -> dict[str, Any] | None:
-    """The arguments of Scene.add_mesh for a mesh whose material slots are the given materials;
-    None if it has no face."""
+    """The arguments of Scene.add_mesh for a mesh whose material slots are the given materials, of
+    arrays that it may keep; None if it has no face."""
     if not len(mesh.polygons):
         return None
-    corner_vertices = _column(mesh.attributes[".corner_vert"].data, "value", np.int32)
-    corners, faces = _triangulation(mesh)
-    triangles = corner_vertices if corners is None else corners
-    return {
-        "positions": _column(mesh.attributes["position"].data, "vector", np.float32, 3),
-        "triangles": triangles.view(np.uint32).reshape(-1, 3),
-        "corners": None if corners is None else corner_vertices.view(np.uint32),
-        "normals": _normals(mesh, corners),
-        "materials": _materials(mesh, faces, slots),
-    }
+    positions = _column(mesh.attributes["position"].data, "vector", np.float32, 3)
+    corners = _column(mesh.attributes[".corner_vert"].data, "value", np.int32).view(np.uint32)
+    faces = _faces(mesh)
+    by_corner = mesh.normals_domain == "CORNER"
+    if faces is None:
+        triangles, normals = corners.reshape(-1, 3), _normals(mesh)
+        data = {"corners": None, "normals": normals.reshape(-1, 3, 3) if by_corner else normals}
+    else:
+        triangles = _triangles(mesh, positions, corners, faces, by_corner)
+        data = {"corners": corners if by_corner else None, "normals": _normals(mesh)}
+    data |= {"positions": positions, "triangles": triangles}
+    data["materials"] = _materials(mesh, faces, slots)
+    for values in data.values():
+        if values is not None:
+            values.flags.writeable = False
+    return data
 
 
 def _column(data: Any, name: str, kind: type, width: int = 1) -> NDArray[Any]:
@@ -157,31 +172,46 @@ def _column(data: Any, name: str, kind: type, width: int = 1) -> NDArray[Any]:
     return values if width == 1 else values.reshape(-1, width)
 
 
-def _triangulation(
-    mesh: bpy.types.Mesh,
-) -> tuple[NDArray[np.int32] | None, NDArray[np.int32] | None]:
-    """Corners and face of each triangle; None twice where faces are the triangles, in order."""
+def _faces(mesh: bpy.types.Mesh) -> NDArray[np.uint32] | None:
+    """The face of each triangle; None where faces are the triangles, in order."""
     if len(mesh.loops) == 3 * len(mesh.polygons):
-        return None, None
+        return None
+    return _column(mesh.loop_triangle_polygons, "value", np.int32).view(np.uint32)
+
+
+def _triangles(
+    mesh: bpy.types.Mesh,
+    positions: NDArray[np.float32],
+    corners: NDArray[np.uint32],
+    faces: NDArray[np.uint32],
+    by_corner: bool,
+) -> NDArray[np.uint32]:
+    """Vertices (m, 3), or corners, of the triangles that Blender divides its faces into.
+
+    By foreach_get they come one at a time, which takes longer than all else here. The core divides
+    quads the same way, and Blender is asked for what the core leaves open."""
+    triangles, open_ones = native.load().triangulate(positions, corners, faces, by_corner=by_corner)
+    if not open_ones:
+        return triangles
     mesh.calc_loop_triangles()
-    return (
-        _column(mesh.loop_triangles, "loops", np.int32, 3).reshape(-1),
-        _column(mesh.loop_triangle_polygons, "value", np.int32),
-    )
+    rows, name = mesh.loop_triangles, "loops" if by_corner else "vertices"
+    if MANY * open_ones > len(triangles):
+        return _column(rows, name, np.int32, 3).view(np.uint32)
+    which = np.flatnonzero(triangles[:, 0] == OPEN)
+    triangles[which] = [getattr(rows[i], name)[:] for i in which.tolist()]
+    return triangles
 
 
-def _normals(mesh: bpy.types.Mesh, corners: NDArray[np.int32] | None) -> NDArray[np.float32] | None:
+def _normals(mesh: bpy.types.Mesh) -> NDArray[np.float32] | None:
     """Shading normals: none where flat, by vertex where that says it all, else by corner."""
     if mesh.normals_domain == "FACE":
         return None
-    if mesh.normals_domain == "POINT":
-        return _column(mesh.vertex_normals, "vector", np.float32, 3)
-    normals = _column(mesh.corner_normals, "vector", np.float32, 3)
-    return (normals if corners is None else normals[corners]).reshape(-1, 3, 3)
+    vectors = mesh.vertex_normals if mesh.normals_domain == "POINT" else mesh.corner_normals
+    return _column(vectors, "vector", np.float32, 3)
 
 
 def _materials(
-    mesh: bpy.types.Mesh, faces: NDArray[np.int32] | None, slots: NDArray[np.uint32]
+    mesh: bpy.types.Mesh, faces: NDArray[np.uint32] | None, slots: NDArray[np.uint32]
 ) -> NDArray[np.uint32] | None:
     """Material of each triangle, None if all have the first; a face whose slot does not exist takes
     the last one."""

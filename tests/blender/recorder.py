@@ -21,12 +21,26 @@ class Scene:
         self.instances: list[SimpleNamespace] = []
 
     def add_mesh(
-        self, positions, triangles, normals=None, uvs=None, materials=None, *, corners=None
+        self,
+        positions,
+        triangles,
+        normals=None,
+        uvs=None,
+        materials=None,
+        *,
+        corners=None,
+        keep=False,
     ) -> int:
+        if keep:
+            given = (positions, triangles, normals, materials)
+            assert not any(values.flags.writeable for values in given if values is not None)
         assert positions.dtype == np.float32 and positions.shape[1:] == (3,)
         assert triangles.dtype == np.uint32 and triangles.shape[1:] == (3,)
         if corners is not None:
             assert corners.dtype == np.uint32 and corners.ndim == 1
+            if normals is not None:
+                assert normals.shape == (len(corners), 3)
+                normals = normals[triangles]
             triangles = corners[triangles]
         assert triangles.max() < len(positions)
         if normals is not None:

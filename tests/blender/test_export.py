@@ -321,26 +321,3 @@ def test_a_place_that_is_not_finite_is_left_out_and_named(scene, export):
     native, notes = export()
     assert len(native.instances) == 1
     assert notes == ["Object 'Lost' left out: its place is not a finite number"]
-
-
-@pytest.fixture
-def polygons():
-    """A grid of quads, a pentagon, a dart that has only one diagonal inside, and a triangle."""
-    shape = bmesh.new()
-    bmesh.ops.create_grid(shape, x_segments=5, y_segments=4)
-    dart = [(0, 0), (2, -1), (0, 2), (-2, -1)]
-    for outline in (dart, dart[1:] + dart[:1], dart[:3], [*dart[1:], (-3, -3), (0, -4)]):
-        shape.faces.new([shape.verts.new((*point, 1)) for point in outline])
-    mesh = bpy.data.meshes.new("Polygons")
-    shape.to_mesh(mesh)
-    shape.free()
-    mesh.calc_loop_triangles()
-    return mesh
-
-
-def test_triangles_of_polygons_are_those_that_blender_names(addon, polygons):
-    from addon.export.meshes import arrays
-
-    data = arrays(polygons, np.zeros(1, dtype=np.uint32))
-    expected = [tuple(row.vertices) for row in polygons.loop_triangles]
-    assert data["corners"][data["triangles"]].tolist() == [list(row) for row in expected]
