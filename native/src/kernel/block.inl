@@ -61,11 +61,6 @@ static inline void view_lanes(const packet *p, const float *rows, uint32_t size,
   v_store(&view->front[at], nearest);
 }
 
-static inline uint32_t groups_from(const packet *p, uint32_t g) {
-  const uint32_t groups = packet_groups(p) - g;
-  return (uint32_t)((1ull << (groups < V_LANES ? groups : V_LANES)) - 1);
-}
-
 /* The groups among V_BYTES from `g` on whose rays pass through triangle i's rectangle, as bits. */
 static inline uint64_t groups_through(const packet *p, uint32_t g, const block_view *view,
                                       uint32_t i) {
@@ -79,13 +74,11 @@ static inline uint64_t groups_through(const packet *p, uint32_t g, const block_v
   return v_bytes_zero(off) & (groups < 64 ? (1ull << groups) - 1 : UINT64_MAX);
 }
 
-/* The groups among V_LANES from `g` on whose frustums reach the triangle's box, as bits. */
-static inline uint32_t groups_reaching(const packet *p, uint32_t g, const v_float low[3],
-                                       const v_float high[3]) {
-  const v_frustum f = frustums_load(&p->groups, g);
-  v_float depth;
-  return v_bits(frustum_reaches(&f, p->axis, p->looks_negative, low, high, &depth)) &
-         groups_from(p, g);
+/* The groups among V_BYTES from `g` on that may still hit something. */
+static inline uint64_t groups_open(const packet *p, uint32_t g) {
+  const uint32_t groups = packet_groups(p) - g;
+  return v_bytes_zero(v_short_above(0, p->steps.deepest + g)) &
+         (groups < 64 ? (1ull << groups) - 1 : UINT64_MAX);
 }
 
 /* Pairs of a triangle of the block and a lane group that may hit it. Lists without branches, then
@@ -113,26 +106,4 @@ static inline uint32_t add_pairs(pair *pairs, uint32_t n, uint32_t index, uint32
       pairs[n++] = first + (uint32_t)__builtin_ctzll(at | 1ull << 63) * (V_LANES * WHITTLE_BLOCK);
   } while (n < end);
   return end;
-}
-
-/* The pairs of triangle i with the groups that pass through its rectangle. */
-static inline uint32_t list_seen(const packet *p, const block_view *view, uint32_t i, pair *pairs,
-                                 uint32_t n) {
-  for (uint32_t g = 0; g < packet_groups(p); g += V_BYTES)
-    n = add_pairs(pairs, n, i, g, groups_through(p, g, view, i));
-  return n;
-}
-
-/* The pairs of triangle i, without a view, with the groups whose frustums reach its box. */
-static inline uint32_t list_reached(const packet *p, const float *rows, uint32_t size, uint32_t i,
-                                    pair *pairs, uint32_t n) {
-  v_float low[3], high[3];
-  for (uint32_t axis = 0; axis < 3; axis++) {
-    const float a = rows[axis * size + i], b = rows[(3 + axis) * size + i];
-    const float c = rows[(6 + axis) * size + i];
-    low[axis] = v_set(s_min(s_min(a, b), c)), high[axis] = v_set(s_max(s_max(a, b), c));
-  }
-  for (uint32_t g = 0; g < packet_groups(p); g += V_LANES)
-    n = add_pairs(pairs, n, i, g, groups_reaching(p, g, low, high));
-  return n;
 }

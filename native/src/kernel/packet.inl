@@ -29,6 +29,12 @@ typedef struct group_steps {
   float origin_x, origin_y, scale_x, scale_y;
 } group_steps;
 
+/* Of a packet with a view when first needed: see edges.inl. */
+typedef struct group_centers {
+  bool made;
+  float at[2][FRUSTUM_ROOM], half[2];
+} group_centers;
+
 /* Rays of one class: same dominant axis, same octant, t_min >= 0. The arrays are the stream's own,
  * or those of `room`; the lanes behind `count` in the last group are dead. */
 typedef struct packet {
@@ -39,6 +45,7 @@ typedef struct packet {
   bool one_origin;      /* known of its stream */
   float point[3];       /* where it is seen from */
   float spread;         /* how far the lines may miss that point, and more for rounding */
+  float away;           /* from that point to where rays begin, at most, on each axis */
   bool looks_negative;  /* the sense in which the view sees along the axis */
   uint32_t alive;       /* lanes not yet blocked, for any-hit rays */
   uint32_t work;        /* tests of lane groups so far */
@@ -46,6 +53,7 @@ typedef struct packet {
   const uint32_t *list; /* or if not NULL where each does */
   frustum whole;
   frustums groups;
+  group_centers centers;
   group_steps steps;                                   /* of a packet with a view */
   float *origin[3], *direction[3], *t_min, *t, *u, *v; /* t of a blocked lane is -infinity */
   uint32_t *record, *skip;

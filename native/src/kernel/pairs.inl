@@ -122,14 +122,15 @@ wide_block(const trace_context *context, packet *p, uint32_t first, uint32_t siz
   const float *rows = whittle_rows(&context->scene->triangles, first);
   pair pairs[MOST_PAIRS + PAIRS_AT_ONCE];
   block_view view;
+  block_edges edges;
   uint32_t n = 0, masked = context->masked ? hidden(context, first, size) : 0;
   const uint32_t shown = ((1u << size) - 1) & ~masked;
-  view.seen = view.unsure = 0;
+  view.seen = view.unsure = 0, edges.made = false;
   for (uint32_t at = 0; at < size; at += V_LANES)
     view_lanes(p, rows, size, at, &view, from);
   for (uint32_t seen = view.seen & shown; seen; seen &= seen - 1)
-    n = list_seen(p, &view, (uint32_t)__builtin_ctz(seen), pairs, n);
+    n = list_seen(p, rows, size, &view, &edges, (uint32_t)__builtin_ctz(seen), pairs, n, from);
   for (uint32_t unsure = view.unsure & shown; unsure; unsure &= unsure - 1)
-    n = list_reached(p, rows, size, (uint32_t)__builtin_ctz(unsure), pairs, n);
+    n = list_unsure(p, rows, size, &edges, (uint32_t)__builtin_ctz(unsure), pairs, n);
   test_pairs(context, p, first, size, &view, pairs, n, passed, any, from == FROM_ORIGIN);
 }

@@ -33,13 +33,14 @@ static bool shares_end(packet *p) {
     }
   }
   const float reach = v_reduce_max(size) + v_reduce_max(length);
+  p->away = v_reduce_max(length) * 2.0f;
   p->spread = 2.0f * v_reduce_max(off) + reach * FRUSTUM_SLACK;
   return v_bits(same) == (uint32_t)((1ull << V_LANES) - 1) && reach <= FLT_MAX &&
          p->spread <= v_reduce_max(length) * END_SPREAD;
 }
 
 static packet_view choose_view(packet *p, bool any) {
-  p->spread = 0.0f;
+  p->spread = p->away = 0.0f;
   p->looks_negative = p->negative[p->axis];
   if (p->one_origin || shares_origin(p)) {
     for (int axis = 0; axis < 3; axis++)
@@ -75,15 +76,11 @@ static void prepare_origins(packet *p) {
   }
 }
 
-/* The same of a packet with a view. */
+/* The same of a packet with a view; its groups are not asked for theirs. */
 static void prepare_point(packet *p) {
   for (int axis = 0; axis < 3; axis++) {
     const float low = p->point[axis] - p->spread, high = p->point[axis] + p->spread;
     p->whole.origin_min[axis] = low, p->whole.origin_max[axis] = high;
-    for (uint32_t g = 0; g < packet_groups(p); g += V_LANES) {
-      v_store(&p->groups.origin_min[axis][g], v_set(low));
-      v_store(&p->groups.origin_max[axis][g], v_set(high));
-    }
   }
 }
 
@@ -231,7 +228,7 @@ static bool packet_prepare(packet *p, bool lecture, bool any, bool resume) {
     v_storeu(&p->record[at], v_setu(WHITTLE_NONE));
   for (uint32_t i = 0; resume && any && i < p->count; i++)
     p->alive -= p->record[i] != WHITTLE_NONE;
-  p->work = 0, p->has_inverse = false;
+  p->work = 0, p->has_inverse = p->centers.made = false;
   for (int k = 0, axis = p->axis; k < 3; k++)
     p->order[k] = axis = v_next_axis[axis];
   p->view = choose_view(p, any);

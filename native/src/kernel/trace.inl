@@ -32,6 +32,8 @@ static inline bool wins_tie(const triangle_store *store, uint32_t record, uint32
 
 #include "kernel/block.inl"
 
+#include "kernel/edges.inl"
+
 #include "kernel/faces.inl"
 
 #include "kernel/pairs.inl"
