@@ -70,8 +70,7 @@ static inline void rebase(const float *from, double center, double factor, float
   for (uint32_t i = 0; i < V_LANES; i += FOUR) {
     four_floats four;
     memcpy(&four, from + i, sizeof four);
-    four = __builtin_convertvector((__builtin_convertvector(four, four_doubles) - center) * factor,
-                                   four_floats);
+    four = NARROWED((WIDENED(four) - center) * factor);
     memcpy(to + i, &four, sizeof four);
   }
 }

@@ -23,9 +23,9 @@ static inline void four_normals(const float *const a[3], uint32_t size, uint32_t
     memcpy(&v0, a[k] + at, sizeof v0);
     memcpy(&v1, a[k] + 3 * size + at, sizeof v1);
     memcpy(&v2, a[k] + 6 * size + at, sizeof v2);
-    const four_doubles from = __builtin_convertvector(v0, four_doubles);
-    e1[k] = __builtin_convertvector(v1, four_doubles) - from;
-    e2[k] = __builtin_convertvector(v2, four_doubles) - from;
+    const four_doubles from = WIDENED(v0);
+    e1[k] = WIDENED(v1) - from;
+    e2[k] = WIDENED(v2) - from;
   }
   n[0] = e1[1] * e2[2] - e1[2] * e2[1];
   n[1] = e1[2] * e2[0] - e1[0] * e2[2];
@@ -37,7 +37,7 @@ static inline void four_normals(const float *const a[3], uint32_t size, uint32_t
   const four_longs inverse = (2046 - most) - ((most == 0) & 1023);
   scale = (four_doubles)(inverse << 52);
   for (int k = 0; k < 3; k++) {
-    const four_floats normal = __builtin_convertvector(n[k] * scale, four_floats);
+    const four_floats normal = NARROWED(n[k] * scale);
     memcpy(&faces->normal[k][at], &normal, sizeof normal);
   }
 }

@@ -8,6 +8,7 @@
 #include "kernel/box.h"
 #include "kernel/frustum.h"
 #include "kernel/hash.h"
+#include "kernel/order.h"
 #include "kernel/tile.h"
 #include "kernel/vector.h"
 

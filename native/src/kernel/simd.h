@@ -116,6 +116,9 @@ static inline uint32_t f4_le(__m128 a, __m128 b) { /* as bits */
 static inline void f4_transpose(__m128 row[4]) {
   _MM_TRANSPOSE4_PS(row[0], row[1], row[2], row[3]);
 }
+static inline float f4_first(__m128 a) {
+  return _mm_cvtss_f32(a);
+}
 static inline float f4_max3(__m128 a) {
   const __m128 y = _mm_shuffle_ps(a, a, 1), z = _mm_movehl_ps(a, a);
   return _mm_cvtss_f32(_mm_max_ss(_mm_max_ss(a, y), z));

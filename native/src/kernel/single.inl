@@ -2,45 +2,28 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 /* One ray through the binary tree, counting: the definition of what a ray costs. */
 
-typedef struct single_ray {
-  s_ray exact;
-  f4_float origin, inverse; /* of rays on the binary tree: x, y, z */
-  float best;
-} single_ray;
+/* A ray on the binary tree, whose group is prepared. */
+typedef struct walked_ray {
+  f4_float origin, inverse; /* x, y, z */
+  float t_min, best;
+} walked_ray;
 
 typedef struct single_entry {
   uint32_t node;
   float entry;
 } single_entry;
 
-/* Ray i, whose group is prepared. */
-static inline void single_ray_load(const ray_stream *rays, uint32_t i, const prepared_rays *p,
-                                   single_ray *ray) {
+static inline walked_ray walked_ray_load(const ray_stream *rays, uint32_t i,
+                                         const prepared_rays *p) {
   const uint32_t lane = i % V_LANES;
-  s_ray *exact = &ray->exact;
-  s_set_axes(exact, (int)p->axis[lane]);
-  for (int k = 0; k < 3; k++) {
-    exact->origin[k] = rays->origin[exact->axis[k]][i];
-    exact->inverse[k] = p->inverse[exact->axis[k]][lane];
-  }
-  exact->shear_x = p->shear_x[lane], exact->shear_y = p->shear_y[lane];
-  exact->t_min = rays->t_min[i];
-  ray->best = rays->t[i];
-}
-
-/* The same of a ray that goes down the binary tree. */
-static inline void walked_ray_load(const ray_stream *rays, uint32_t i, prepared_rays *p,
-                                   single_ray *ray) {
-  const uint32_t lane = i % V_LANES;
-  prepare_ray(rays, i, p);
-  single_ray_load(rays, i, p, ray);
-  ray->origin = f4_make(rays->origin[0][i], rays->origin[1][i], rays->origin[2][i], 0.0f);
-  ray->inverse = f4_make(p->inverse[0][lane], p->inverse[1][lane], p->inverse[2][lane], 1.0f);
+  return (walked_ray){f4_make(rays->origin[0][i], rays->origin[1][i], rays->origin[2][i], 0.0f),
+                      f4_make(p->inverse[0][lane], p->inverse[1][lane], p->inverse[2][lane], 1.0f),
+                      rays->t_min[i], rays->t[i]};
 }
 
 /* Whether the ray enters a node before its nearest hit, and where: s_slab of triangle.inl, four
  * lanes at a time (the fourth is not looked at). */
-static inline bool single_enters(const single_ray *ray, const whittle_node *node, float *entry) {
+static inline bool single_enters(const walked_ray *ray, const whittle_node *node, float *entry) {
   const f4_float nothing = f4_set(0.0f);
   const f4_float below = ray->origin - f4_load3(node->bounds_min);
   const f4_float above = f4_load3(node->bounds_max) - ray->origin;
@@ -50,27 +33,30 @@ static inline bool single_enters(const single_ray *ray, const whittle_node *node
   const f4_float away = f4_by_sign(ray->inverse, to_high, to_low) * ray->inverse;
   const float near = f4_max3(f4_max(close, f4_set(-__builtin_inff())));
   const float far = f4_min3(f4_min(away, f4_set(__builtin_inff())));
-  *entry = s_max(near, ray->exact.t_min);
-  return near <= far && near <= ray->best && far >= ray->exact.t_min;
+  *entry = s_max(near, ray->t_min);
+  return near <= far && near <= ray->best && far >= ray->t_min;
 }
 
-/* The triangles of a block from `index` on whose edges the ray's line passes, V_LANES at a time. */
-static inline uint32_t single_edges(const single_ray *ray, const float *rows, uint32_t size,
-                                    uint32_t index, v_edges *edges) {
-  const s_ray *exact = &ray->exact;
-  v_ray lanes; /* the same in every lane, against as many triangles */
-  lanes.shear_x = v_set(exact->shear_x), lanes.shear_y = v_set(exact->shear_y);
+/* The triangles of a block of `size` from `index` on whose edges the line of the ray in a lane
+ * passes, V_LANES at a time. */
+static inline __attribute__((always_inline)) uint32_t single_edges(const prepared_rays *p,
+                                                                   uint32_t lane, const float *rows,
+                                                                   uint32_t size, uint32_t index,
+                                                                   v_edges *edges) {
+  const uint32_t every = (uint32_t)((1ull << V_LANES) - 1), left = size - index;
+  uint32_t axis = p->axis[lane];
+  v_ray ray; /* the same in every lane, against as many triangles */
   v_relative r;
-  v_float *to[3] = {r.x, r.y, r.z};
-  for (uint32_t k = 0; k < 3; k++) {
-    const float *at = rows + (uint32_t)exact->axis[k] * size + index;
-    const v_float origin = v_set(exact->origin[k]);
+  v_float *to[3] = {r.z, r.x, r.y};
+  ray.shear_x = v_set(p->shear_x[lane]), ray.shear_y = v_set(p->shear_y[lane]);
+  for (uint32_t k = 0; k < 3; k++, axis = v_next_axis[axis]) {
+    const float *at = rows + axis * size + index;
+    const v_float origin = v_set(p->sheared_origin[(k + 2) % 3][lane]);
     for (uint32_t vertex = 0; vertex < 3; vertex++)
       to[k][vertex] = v_load(at + 3 * vertex * size) - origin;
   }
-  const uint32_t left = size - index;
-  const uint32_t there = left < V_LANES ? (1u << left) - 1 : (uint32_t)((1ull << V_LANES) - 1);
-  return there & v_bits(v_edge_test(&lanes, &r, v_from_bits(there), edges));
+  const uint32_t passed = v_bits(v_edge_test(&ray, &r, v_from_bits(every), edges));
+  return left < V_LANES ? passed & ((1u << left) - 1) : passed;
 }
 
 /* Of the block of `size` triangles from `first` on, those from `begin` to below `end`. */
@@ -78,70 +64,89 @@ typedef struct triangle_block {
   uint32_t first, size, begin, end;
 } triangle_block;
 
-/* Decides about a triangle whose edges the ray's line passes; true if it is a new nearest hit. */
+/* Decides about a triangle of `block` whose edges ray i's line passes; true if it is a new nearest
+ * hit. */
 static inline bool single_decide(const trace_context *context, ray_stream *rays, uint32_t i,
-                                 single_ray *ray, const triangle_block *block, uint32_t index,
-                                 const s_edges *edges) {
+                                 uint32_t axis, const decided_ray *ray, const triangle_block *block,
+                                 uint32_t index, const s_edges *edges) {
   const triangle_store *store = &context->scene->triangles;
   const uint32_t record = block->first + index;
   if (record == rays->skip[i] || (context->masked && !sees(context, record)))
     return false;
-  const triangle_record triangle =
-      whittle_block_triangle(whittle_rows(store, block->first), block->size, index);
-  const s_relative relative = s_relate(&ray->exact, &triangle);
-  const triangle_plane plane = whittle_plane(&triangle);
-  float t, u, v;
+  const sheared_triangle triangle =
+      sheared_triangle_of(whittle_rows(store, block->first), block->size, index, axis);
+  const float determinant = (edges->u + edges->v) + edges->w;
+  float near, far, t;
   int tied;
-  if (!s_decide(&ray->exact, &relative, &plane, edges, 1, ray->best, &t, &u, &v, &tied,
-                context->own_box_misses))
+  decided_slab(ray, &triangle, &near, &far);
+  if (!s_settle(1, determinant, decided_distance(ray, &triangle), near, far, ray->t_min, rays->t[i],
+                &t, &tied, context->own_box_misses))
     return false;
   if (tied && !wins_tie(store, record, rays->record[i]))
     return false;
-  ray->best = t;
-  rays->t[i] = t, rays->u[i] = u, rays->v[i] = v, rays->record[i] = record;
+  rays->t[i] = t, rays->record[i] = record;
+  rays->u[i] = s_weight(edges->v, determinant), rays->v[i] = s_weight(edges->w, determinant);
   return true;
 }
 
-/* Tests triangles of a block; true if `any` and one is hit. Adds to `tested` all of them, or those
- * up to the hit. */
-static inline bool single_block(const trace_context *context, ray_stream *rays, uint32_t i,
-                                single_ray *ray, triangle_block block, const bool any,
-                                uint32_t *tested) {
+/* Decides about the triangles `passed` of those from `index` on; if `any` stops at a hit and gives
+ * its place in the block, else WHITTLE_NONE. Not inlined: it is rare beside what it is called from,
+ * which needs all registers. */
+static __attribute__((noinline)) uint32_t single_decide_all(
+    const trace_context *context, ray_stream *rays, uint32_t i, const prepared_rays *p,
+    triangle_block block, uint32_t index, uint32_t passed, const v_edges *edges, bool any) {
+  const uint32_t axis = p->axis[i % V_LANES];
+  const decided_ray ray = decided_ray_of(p, i % V_LANES, rays->t_min[i]);
+  float u[V_LANES], v[V_LANES], w[V_LANES];
+  v_store(u, edges->u), v_store(v, edges->v), v_store(w, edges->w);
+  for (; passed; passed &= passed - 1) {
+    const uint32_t lane = (uint32_t)__builtin_ctz(passed);
+    const s_edges one = {u[lane], v[lane], w[lane]};
+    if (single_decide(context, rays, i, axis, &ray, &block, index + lane, &one) && any)
+      return index + lane;
+  }
+  return WHITTLE_NONE;
+}
+
+/* Tests triangles of a block; if `any` stops at a hit and gives its place in the block, else
+ * WHITTLE_NONE. */
+static inline __attribute__((always_inline)) uint32_t single_block(const trace_context *context,
+                                                                   ray_stream *rays, uint32_t i,
+                                                                   const prepared_rays *p,
+                                                                   triangle_block block,
+                                                                   const bool any) {
   const float *rows = whittle_rows(&context->scene->triangles, block.first);
   for (uint32_t at = block.begin; at < block.end; at += V_LANES) {
     v_edges edges;
-    float u[V_LANES], v[V_LANES], w[V_LANES];
-    uint32_t passed = single_edges(ray, rows, block.size, at, &edges);
-    if (block.end - at < V_LANES)
+    uint32_t passed = single_edges(p, i % V_LANES, rows, block.size, at, &edges);
+    if (block.end < block.size && block.end - at < V_LANES)
       passed &= (1u << (block.end - at)) - 1;
     if (passed == 0)
       continue;
-    v_store(u, edges.u), v_store(v, edges.v), v_store(w, edges.w);
-    for (; passed; passed &= passed - 1) {
-      const uint32_t lane = (uint32_t)__builtin_ctz(passed);
-      const s_edges one = {u[lane], v[lane], w[lane]};
-      if (single_decide(context, rays, i, ray, &block, at + lane, &one) && any) {
-        *tested += at + lane + 1 - block.begin;
-        return true;
-      }
-    }
+    const v_edges kept = edges; /* so that only these are in memory */
+    const uint32_t hit = single_decide_all(context, rays, i, p, block, at, passed, &kept, any);
+    if (any && hit != WHITTLE_NONE)
+      return hit;
   }
-  *tested += block.end - block.begin;
-  return false;
+  return WHITTLE_NONE;
 }
 
-/* Tests `count` triangles from `first` on; true if `any` and one is hit. */
+/* Tests `count` triangles from `first` on; true if `any` and one is hit. Adds to `tested` all of
+ * them, or those up to the hit. */
 static inline bool single_leaf(const trace_context *context, ray_stream *rays, uint32_t i,
-                               single_ray *ray, uint32_t first, uint32_t count, const bool any,
-                               uint32_t *tested) {
+                               const prepared_rays *p, uint32_t first, uint32_t count,
+                               const bool any, uint32_t *tested) {
   const triangle_store *store = &context->scene->triangles;
   while (count > 0) {
     const uint32_t begin = store->places[first] >> 4, size = store->places[first] & 15;
     const uint32_t here = size - begin < count ? size - begin : count;
     const triangle_block block = {first - begin, size, begin, begin + here};
-    if (single_block(context, rays, i, ray, block, any, tested))
+    const uint32_t hit = single_block(context, rays, i, p, block, any);
+    if (hit != WHITTLE_NONE) {
+      *tested += hit + 1 - begin;
       return true;
-    first += here, count -= here;
+    }
+    *tested += here, first += here, count -= here;
   }
   return false;
 }
@@ -176,7 +181,7 @@ static inline void single_watch(const trace_context *context, uint32_t i, uint32
 
 /* Of the children of an inner node the one to visit next, or WHITTLE_NONE if the ray enters none;
  * the other, if it enters both, waits at stack[depth]. */
-static inline uint32_t single_descend(const single_ray *ray, const whittle_node *nodes,
+static inline uint32_t single_descend(const walked_ray *ray, const whittle_node *nodes,
                                       uint32_t left, single_entry *stack, uint32_t *depth) {
   float entry[2];
   const bool enters_left = single_enters(ray, &nodes[left], &entry[0]);
@@ -197,19 +202,20 @@ static inline __attribute__((always_inline)) void walk_single(const trace_contex
                                                               prepared_rays *prepared, uint32_t i,
                                                               const bool any, const bool watched) {
   const whittle_node *nodes = context->scene->nodes;
-  single_ray ray;
-  walked_ray_load(rays, i, prepared, &ray);
+  prepare_ray(rays, i, prepared);
+  walked_ray ray = walked_ray_load(rays, i, prepared);
   single_entry stack[WHITTLE_STACK];
   uint8_t levels[WHITTLE_STACK]; /* of what waits on the stack: edges from the root */
   uint32_t depth = 0, visited = 0, tested = 0, index = 0, level = 0;
   rays->record[i] = WHITTLE_NONE;
-  bool going = ray.best > ray.exact.t_min && context->scene->node_count > 0;
+  bool going = ray.best > ray.t_min && context->scene->node_count > 0;
   while (going) {
     const whittle_node *node = &nodes[index];
     visited++;
     if (node->count > 0) {
       const uint32_t first = node->left_first, before = tested;
-      const bool stop = single_leaf(context, rays, i, &ray, first, node->count, any, &tested);
+      const bool stop = single_leaf(context, rays, i, prepared, first, node->count, any, &tested);
+      ray.best = rays->t[i];
       if (watched)
         single_watch(context, i, index, level, tested - before);
       if (stop)

@@ -20,6 +20,8 @@ static inline bool wins_tie(const triangle_store *store, uint32_t record, uint32
 
 #include "kernel/prepared.inl"
 
+#include "kernel/decide.inl"
+
 #include "kernel/single.inl"
 
 #include "kernel/packet.inl"

@@ -13,6 +13,15 @@ typedef float four_floats __attribute__((vector_size(16)));
 typedef double four_doubles __attribute__((vector_size(32)));
 typedef int64_t four_longs __attribute__((vector_size(32)));
 
+/* Compilers take conversions between the two to pieces. */
+#if defined(__AVX__)
+#define WIDENED(a) ((four_doubles)_mm256_cvtps_pd((__m128)(a)))
+#define NARROWED(a) ((four_floats)_mm256_cvtpd_ps((__m256d)(a)))
+#else
+#define WIDENED(a) __builtin_convertvector((four_floats)(a), four_doubles)
+#define NARROWED(a) __builtin_convertvector((a), four_floats)
+#endif
+
 typedef struct v_vector {
   v_float x, y, z;
 } v_vector;
