@@ -197,19 +197,20 @@ whittle_status whittle_bvh_build(whittle_team *team, whittle_fragment *fragments
     b.divide.options.max_depth = WHITTLE_MAX_DEPTH;
   /* At most count / BLOCK spans above BLOCK at each depth, each with a pair and two blocks. */
   const size_t segments = 3 * WHITTLE_MAX_DEPTH * (size_t)(count / BLOCK) + 1;
-  b.divide.left_counts = whittle_allocate(whittle_left_counts(count), sizeof(uint32_t));
+  b.divide.piece_counts =
+      whittle_allocate(whittle_piece_counts(count, options->bins), sizeof(int32_t));
   b.pool = whittle_allocate(2 * (size_t)count, sizeof(whittle_node));
   b.list.segments = whittle_allocate(segments, sizeof(segment));
   pthread_mutex_init(&b.divide.lock, NULL);
   pthread_mutex_init(&b.lock, NULL);
   whittle_status status;
-  if (b.divide.left_counts && b.pool && b.list.segments)
+  if (b.divide.piece_counts && b.pool && b.list.segments)
     status = grow_tree(&b, count, bvh, error);
   else
     status = whittle_out_of_memory(error, "building the tree");
   pthread_mutex_destroy(&b.lock);
   pthread_mutex_destroy(&b.divide.lock);
-  whittle_release(b.divide.left_counts);
+  whittle_release(b.divide.piece_counts);
   whittle_release(b.pool);
   whittle_release(b.list.segments);
   return status;

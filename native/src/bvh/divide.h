@@ -12,7 +12,7 @@ typedef struct divide_context {
   whittle_team *team;
   whittle_bvh_options options;
   whittle_fragment *buffer[2];
-  uint32_t *left_counts; /* for whittle_divide_by_team */
+  int32_t *piece_counts; /* for whittle_divide_by_team */
   pthread_mutex_t lock;  /* likewise */
 } divide_context;
 
@@ -21,9 +21,9 @@ enum {
   DIVIDE_LARGE = 4 * DIVIDE_GRAIN, /* spans above this are worth the team's while */
 };
 
-/* How many numbers left_counts has room for. */
-static inline size_t whittle_left_counts(uint32_t count) {
-  return 2 * ((size_t)count / DIVIDE_GRAIN) + 2;
+/* How many numbers piece_counts has room for. */
+static inline size_t whittle_piece_counts(uint32_t count, uint32_t bins) {
+  return 4 * (size_t)bins * (2 * ((size_t)count / DIVIDE_GRAIN) + 2);
 }
 
 static inline whittle_fragment *whittle_span_fragments(const divide_context *c, const span *s) {

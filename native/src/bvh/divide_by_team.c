@@ -6,6 +6,12 @@
 
 #include "bvh/divide.h"
 
+#include <string.h>
+
+typedef struct axis_counts {
+  int32_t on[4];
+} axis_counts;
+
 typedef struct team_division {
   divide_context *c;
   const span *s;
@@ -13,30 +19,42 @@ typedef struct team_division {
   bins *bins;
   bin_map map;
   divider divider;
-  uint32_t *left_counts; /* by piece; later how many went left before it */
+  axis_counts *counts; /* of the pieces' bins, piece after piece */
   whittle_fragment *left, *right;
   box4 middles[2];
 } team_division;
+
+static axis_counts *counts_of(const team_division *t, uint64_t begin) {
+  return t->counts + begin / DIVIDE_GRAIN * t->map.bins;
+}
 
 static void bin_piece(void *context, uint64_t begin, uint64_t end) {
   const team_division *t = context;
   bins own;
   whittle_bins_clear(&own, t->map.bins);
   whittle_bins_add(&own, &t->map, t->fragments + begin, (uint32_t)(end - begin));
+  memcpy(counts_of(t, begin), own.count, t->map.bins * sizeof *own.count);
   pthread_mutex_lock(&t->c->lock);
   whittle_bins_merge(t->bins, &own, t->map.bins);
   pthread_mutex_unlock(&t->c->lock);
 }
 
-static void count_piece(void *context, uint64_t begin, uint64_t end) {
-  const team_division *t = context;
-  t->left_counts[begin / DIVIDE_GRAIN] =
-      whittle_count_left(&t->divider, t->fragments + begin, (uint32_t)(end - begin));
+/* Leaves in each piece's first count how many go left before it. */
+static void count_before(const team_division *t, const split *best) {
+  int32_t before = 0;
+  for (uint64_t begin = 0; begin < t->s->count; begin += DIVIDE_GRAIN) {
+    axis_counts *counts = counts_of(t, begin);
+    int32_t here = 0;
+    for (uint32_t i = 0; i < best->plane; i++)
+      here += counts[i].on[best->axis];
+    counts->on[0] = before;
+    before += here;
+  }
 }
 
 static void move_piece(void *context, uint64_t begin, uint64_t end) {
   team_division *t = context;
-  const uint64_t before = t->left_counts[begin / DIVIDE_GRAIN];
+  const uint64_t before = (uint64_t)counts_of(t, begin)->on[0];
   box4 middles[2];
   whittle_partition(&t->divider, t->fragments + begin, (uint32_t)(end - begin), t->left + before,
                     t->right + (begin - before), middles);
@@ -47,23 +65,10 @@ static void move_piece(void *context, uint64_t begin, uint64_t end) {
 }
 
 static void move(team_division *t, span children[2]) {
-  const uint32_t count = t->s->count;
-  whittle_team *team = t->c->team;
   t->left = whittle_span_fragments(t->c, &children[0]);
   t->right = whittle_span_fragments(t->c, &children[1]);
   t->middles[0] = t->middles[1] = box4_empty();
-  /* Spans above 4 pieces have fewer pieces than twice their share of the counters. */
-  t->left_counts = t->c->left_counts + 2 * (size_t)(t->s->first / DIVIDE_GRAIN);
-  whittle_team_for(team, count, DIVIDE_GRAIN, count_piece, t);
-  if (whittle_cancelled(team->state))
-    return;
-  uint32_t before = 0;
-  for (uint32_t piece = 0; (uint64_t)piece * DIVIDE_GRAIN < count; piece++) {
-    const uint32_t here = t->left_counts[piece];
-    t->left_counts[piece] = before;
-    before += here;
-  }
-  whittle_team_for(team, count, DIVIDE_GRAIN, move_piece, t);
+  whittle_team_for(t->c->team, t->s->count, DIVIDE_GRAIN, move_piece, t);
   children[0].middles = t->middles[0];
   children[1].middles = t->middles[1];
 }
@@ -75,6 +80,8 @@ void whittle_divide_by_team(divide_context *c, bins *own, const span *s, span ch
                      .bins = own,
                      .map = whittle_bin_map(s->middles, c->options.bins)};
   split best;
+  /* Spans above 4 pieces have fewer pieces than twice their share of the counts. */
+  t.counts = (axis_counts *)c->piece_counts + 2 * (size_t)(s->first / DIVIDE_GRAIN) * t.map.bins;
   whittle_bins_clear(own, t.map.bins);
   whittle_team_for(c->team, s->count, DIVIDE_GRAIN, bin_piece, &t);
   if (whittle_cancelled(c->team->state))
@@ -87,5 +94,6 @@ void whittle_divide_by_team(divide_context *c, bins *own, const span *s, span ch
   t.divider = whittle_divider(&t.map, &best);
   whittle_number_children(s, whittle_count_below(own, &best), children);
   whittle_bound_children(own, &best, t.map.bins, children);
+  count_before(&t, &best);
   move(&t, children);
 }

@@ -18,13 +18,6 @@ static inline float4 goes_left(const divider *d, const whittle_fragment *f) {
   return float4_less(float4_mul(float4_sub(middle, d->origin), d->scale), d->plane);
 }
 
-uint32_t whittle_count_left(const divider *d, const whittle_fragment *fragments, uint32_t count) {
-  uint32_t left = 0;
-  for (uint32_t i = 0; i < count; i++)
-    left += float4_any(goes_left(d, &fragments[i]));
-  return left;
-}
-
 void whittle_partition(const divider *d, const whittle_fragment *fragments, uint32_t count,
                        whittle_fragment *left, whittle_fragment *right, box4 middles[2]) {
   box4 l = box4_empty(), r = box4_empty();

@@ -14,9 +14,6 @@ typedef struct divider {
 
 divider whittle_divider(const bin_map *map, const split *s);
 
-/* How many fragments go left. */
-uint32_t whittle_count_left(const divider *d, const whittle_fragment *fragments, uint32_t count);
-
 /* Writes each fragment to the end of its side and gives the bounds of their doubled centroids. */
 void whittle_partition(const divider *d, const whittle_fragment *fragments, uint32_t count,
                        whittle_fragment *left, whittle_fragment *right, box4 middles[2]);
