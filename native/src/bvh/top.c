@@ -66,7 +66,7 @@ static whittle_status widen(whittle_team *team, top_tree *top, whittle_error *er
     return WHITTLE_OK;
   }
   wide_node *made =
-      whittle_bvh_widen(top->bvh.nodes, top->bvh.node_count, team->state, &top->wide_count, error);
+      whittle_bvh_widen(team, top->bvh.nodes, top->bvh.node_count, &top->wide_count, error);
   if (!made)
     return WHITTLE_OUT_OF_MEMORY;
   memcpy(top->wide, made, top->wide_count * sizeof *made);

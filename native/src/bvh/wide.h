@@ -43,7 +43,8 @@ _Static_assert(sizeof(wide_node) == 256, "four cache lines");
 /* Subtrees of at most WHITTLE_WIDE_LEAF triangles become leaves, and the nodes above them are
  * joined so that the surface of the wide nodes is the least possible (after Ylitie, Karras and
  * Laine, 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs").
- * Triangles of a subtree lie next to each other. NULL if memory ran out; `count` 0 for an empty
- * tree; unfinished if the run was cancelled. */
-wide_node *whittle_bvh_widen(const whittle_node *nodes, size_t node_count, whittle_run_state *state,
+ * Nodes are in depth-first order, and so are the triangles of the leaves. Called by the leader of a
+ * team whose members help. NULL if memory ran out; `count` 0 for an empty tree; unfinished if the
+ * run was cancelled. */
+wide_node *whittle_bvh_widen(whittle_team *team, const whittle_node *nodes, size_t node_count,
                              uint32_t *count, whittle_error *error);

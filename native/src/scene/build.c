@@ -64,7 +64,7 @@ static whittle_status lead_whole(build *b) {
   b->flattened = whittle_seconds();
   status = whittle_grow(&b->team, &b->flat, &options, &b->grown, &b->error);
   if (status == WHITTLE_OK)
-    status = whittle_grow_wide(&b->grown, b->team.state, &b->error);
+    status = whittle_grow_wide(&b->team, &b->grown, &b->error);
   if (b->options.lean)
     whittle_bvh_drop(&b->grown.bvh);
   if (status == WHITTLE_OK && !whittle_cancelled(b->team.state))

@@ -7,6 +7,8 @@
 
 #include <string.h>
 
+enum { GRAIN = 256 }; /* wide nodes */
+
 uint64_t whittle_grow_units(uint64_t triangles) {
   return whittle_flat_units(triangles) + whittle_bvh_units(triangles);
 }
@@ -25,14 +27,17 @@ whittle_status whittle_grow(whittle_team *team, flat_scene *flat,
              : whittle_out_of_memory(error, "the triangles of the tree");
 }
 
-whittle_status whittle_grow_wide(grown_tree *grown, whittle_run_state *state,
-                                 whittle_error *error) {
+static void place_leaves(void *context, uint64_t begin, uint64_t end) {
+  grown_tree *grown = context;
+  whittle_triangles_place(&grown->triangles, grown->wide + begin, (uint32_t)(end - begin));
+}
+
+whittle_status whittle_grow_wide(whittle_team *team, grown_tree *grown, whittle_error *error) {
   grown->wide =
-      whittle_bvh_widen(grown->bvh.nodes, grown->bvh.node_count, state, &grown->wide_count, error);
+      whittle_bvh_widen(team, grown->bvh.nodes, grown->bvh.node_count, &grown->wide_count, error);
   if (!grown->wide)
     return WHITTLE_OUT_OF_MEMORY;
-  if (!whittle_cancelled(state))
-    whittle_triangles_place(&grown->triangles, grown->wide, grown->wide_count);
+  whittle_team_for(team, grown->wide_count, GRAIN, place_leaves, grown);
   return WHITTLE_OK;
 }
 

@@ -24,7 +24,7 @@ whittle_status whittle_grow(whittle_team *team, flat_scene *flat,
                             whittle_error *error);
 
 /* Adds the wide tree and cuts its leaves into blocks: whittle_flat_triangles can follow. */
-whittle_status whittle_grow_wide(grown_tree *grown, whittle_run_state *state, whittle_error *error);
+whittle_status whittle_grow_wide(whittle_team *team, grown_tree *grown, whittle_error *error);
 void whittle_grown_free(grown_tree *grown);
 
 /* How many units flattening and growing add to the run's `done`. */

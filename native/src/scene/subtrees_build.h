@@ -54,8 +54,8 @@ void whittle_subtrees_end(subtrees_build *p);
 void whittle_grown_subtree_free(grown_subtree *grown);
 
 /* Finds the pieces of a subtree, of which `to` knows the number of triangles, and widens them. */
-whittle_status whittle_subtree_open(grown_subtree *own, subtree *to, float traversal_cost,
-                                    whittle_run_state *state, whittle_error *error);
+whittle_status whittle_subtree_open(whittle_team *team, grown_subtree *own, subtree *to,
+                                    float traversal_cost, whittle_error *error);
 
 /* The steps. */
 whittle_status whittle_subtrees_bound(subtrees_build *p);

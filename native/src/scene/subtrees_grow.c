@@ -103,7 +103,7 @@ static whittle_status grow(subtrees_build *p, whittle_team *team, uint32_t k,
     to->dropped_non_finite = flat.drops[0].non_finite;
     to->dropped_zero_area = flat.drops[0].zero_area;
     to->triangles = (uint32_t)own->tree.triangle_count;
-    status = whittle_subtree_open(own, to, p->next->options.traversal_cost, team->state, error);
+    status = whittle_subtree_open(team, own, to, p->next->options.traversal_cost, error);
   }
   if (p->lean)
     whittle_bvh_drop(&own->tree.bvh);

@@ -20,7 +20,7 @@ typedef struct opening {
   uint32_t chosen[MOST_PIECES]; /* nodes in depth-first order */
   uint32_t count;
   uint8_t *depths; /* room for the depths of all nodes */
-  whittle_run_state *state;
+  whittle_team *team;
 } opening;
 
 /* What is below a node follows in depth-first order: the end of that. */
@@ -130,17 +130,17 @@ static whittle_status widen_piece(opening *o, subtree_piece *piece, whittle_erro
   if (!nodes)
     return whittle_out_of_memory(error, "the wide tree");
   wide_node *wide =
-      whittle_bvh_widen(nodes, (size_t)piece->nodes + 1, o->state, &piece->wides, error);
+      whittle_bvh_widen(o->team, nodes, (size_t)piece->nodes + 1, &piece->wides, error);
   whittle_release(nodes);
   if (!wide)
     return WHITTLE_OUT_OF_MEMORY;
-  for (uint32_t i = 0; i < piece->wides && !whittle_cancelled(o->state); i++) {
+  for (uint32_t i = 0; i < piece->wides && !whittle_cancelled(o->team->state); i++) {
     for (int k = 0; k < WHITTLE_WIDTH; k++)
       wide[i].child[k].first += wide_is_leaf(wide[i].child[k]) ? 0 : piece->first_wide;
     o->own->tree.wide[piece->first_wide + i] = wide[i];
   }
   whittle_release(wide);
-  if (!whittle_cancelled(o->state))
+  if (!whittle_cancelled(o->team->state))
     whittle_triangles_place(&o->own->tree.triangles, o->own->tree.wide + piece->first_wide,
                             piece->wides);
   o->sum->wides += piece->wides;
@@ -153,20 +153,21 @@ static whittle_status take_apart(opening *o, whittle_error *error) {
   /* Packing overwrites the roots of pieces that follow. */
   for (uint32_t k = 0; k < o->count; k++)
     pieces[k] = (subtree_piece){.root = o->own->tree.bvh.nodes[o->chosen[k]]};
-  for (uint32_t k = 0; k < o->count && !whittle_cancelled(o->state); k++)
+  for (uint32_t k = 0; k < o->count && !whittle_cancelled(o->team->state); k++)
     pack_piece(o, &pieces[k]);
   o->own->tree.wide = whittle_allocate(o->sum->nodes / 2 + o->count, sizeof(wide_node));
   if (!o->own->tree.wide)
     return whittle_out_of_memory(error, "the wide tree");
-  for (uint32_t k = 0; k < o->count && status == WHITTLE_OK && !whittle_cancelled(o->state); k++)
+  for (uint32_t k = 0; k < o->count && status == WHITTLE_OK && !whittle_cancelled(o->team->state);
+       k++)
     status = widen_piece(o, &pieces[k], error);
   return status;
 }
 
-whittle_status whittle_subtree_open(grown_subtree *own, subtree *to, float traversal_cost,
-                                    whittle_run_state *state, whittle_error *error) {
+whittle_status whittle_subtree_open(whittle_team *team, grown_subtree *own, subtree *to,
+                                    float traversal_cost, whittle_error *error) {
   const uint32_t wanted = 1 + to->triangles / PIECE_TRIANGLES;
-  opening o = {.own = own, .sum = to, .traversal_cost = traversal_cost, .state = state};
+  opening o = {.own = own, .sum = to, .traversal_cost = traversal_cost, .team = team};
   to->nodes = to->wides = to->leaves = to->largest_leaf = to->pieces = 0;
   to->cost = 0.0;
   if (to->triangles == 0)
