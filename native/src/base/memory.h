@@ -10,7 +10,4 @@
  * Asking for 0 elements gives a pointer that may be released. */
 void *whittle_allocate(size_t count, size_t size);
 
-/* Gives back what lies beyond the first `bytes`; the memory may move, but never fails. */
-void *whittle_shrink(void *memory, size_t bytes);
-
 void whittle_release(void *memory); /* NULL is fine */
