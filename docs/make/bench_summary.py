@@ -47,6 +47,12 @@ def medians(seconds: dict[str, list[float]]) -> dict[str, float]:
     return {phase: statistics.median(values) for phase, values in seconds.items()}
 
 
+def thread_gain(frame: dict[str, Any]) -> float:
+    """How many times as fast all threads trace a frame as one thread does."""
+    one, every = (statistics.median(frame["seconds"][run]["trace"]) for run in ("alone", "whittle"))
+    return one / every
+
+
 def cycles_a_ray(frame: dict[str, Any], phase: str) -> float:
     """All cores' clock cycles of a phase over the rays of the frame; nan without a clock."""
     seconds = statistics.median(frame["seconds"]["whittle"][phase])

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import bench_plots
-from bench_summary import KINDS, cycles_a_ray, medians, summary
+from bench_summary import KINDS, cycles_a_ray, medians, summary, thread_gain
 
 DOCS = Path(__file__).resolve().parents[1]
 LECTURE = 37.5  # Mrays/s a core: J. Bikker, "Accelerate" (INFOGR, 2016) has 300 on 8 cores
@@ -200,7 +200,8 @@ def rays_table(frame: Record) -> str:
     if not math.isnan(cost):
         text += f"{cost:.0f} cycles of a core a ray, everything of the tracing included, at "
         text += f"{frame['gigahertz']:.2f} GHz. "
-    text += f"{rate:.1f} Mrays/s a core; the lecture's budget is {LECTURE}."
+    text += f"{rate:.1f} Mrays/s a core; the lecture's budget is {LECTURE}. "
+    text += f"{frame['threads']} threads trace {thread_gain(frame):.2f} times as fast as one."
     lines = table(["rays", "", "share"], 1, [*rows, ["all", f"{count:,}", ""]])
     return f"{lines}\n{textwrap.fill(text, 100, break_on_hyphens=False)}\n"
 

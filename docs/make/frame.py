@@ -23,6 +23,7 @@ BOUNCES = 8
 SIZE = (1280, 800)
 LARGE = (1000, 500)  # cells of the mesh that is read: a million triangles
 ENGINES = ("whittle", "cycles")
+RUNS = (*ENGINES, "alone")  # the last: Whittle on one thread
 SHARES = ("primary", "shadow", "secondary", "shade")
 
 #: What the engines' status lines say when a phase begins.
@@ -57,7 +58,9 @@ class Watch:
 
 
 def choose(scene: bpy.types.Scene, engine: str, samples: int) -> None:
-    """Both engines with the same samples and bounces."""
+    """Both engines with the same samples and bounces; "alone" is Whittle on one thread."""
+    scene.render.threads_mode = "FIXED" if engine == "alone" else "AUTO"
+    scene.render.threads = 1
     if engine == "cycles":
         cycles_setup.use(scene, samples, BOUNCES)
         return
@@ -104,7 +107,8 @@ def clock(program: Path | None) -> float | None:
 def frames(
     path: Path | None, size: list[int], samples: int, rounds: int, program: Path | None
 ) -> dict[str, Any]:
-    """The scene's frame by both engines in turns, with so many samples a pixel.
+    """The scene's frame, with so many samples a pixel, by both engines and by Whittle on one
+    thread, in turns.
 
     A render of one sample each warms up before; many samples take long and run a round less.
     """
@@ -112,16 +116,17 @@ def frames(
     scene = studio.open_scene(path)
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
-    seconds: dict[str, dict[str, list[float]]] = {name: {} for name in ENGINES}
+    seconds: dict[str, dict[str, list[float]]] = {name: {} for name in RUNS}
     clocks, last = [], {}
     with tempfile.TemporaryDirectory() as folder:
         studio.png(scene, Path(folder) / "frame")
         for round_ in range(rounds + 1):
             progress(f"{samples} samples, round {round_} of {rounds}")
             clocks.append(clock(program))
-            for name in ENGINES if round_ % 2 else reversed(ENGINES):
+            for name in RUNS if round_ % 2 else reversed(RUNS):
                 row = render(scene, name, samples if round_ else 1)
-                last |= {key: row.pop(key) for key in ("stats", "triangles") if key in row}
+                counts = {key: row.pop(key) for key in ("stats", "triangles") if key in row}
+                last |= counts if name == "whittle" else {}
                 for phase, value in row.items() if round_ else ():  # the first warms up
                     seconds[name].setdefault(phase, []).append(value)
     stats = last["stats"]

@@ -205,6 +205,8 @@ def print_frame(found: dict[str, Any]) -> None:
             ratio = theirs[phase] / ours[phase]
             print(f"{phase:8}{ours[phase]:9.3f}{theirs[phase]:9.3f}{ratio:7.2f}")
         print(f"{bench_summary.cycles_a_ray(frame, 'trace'):.0f} core cycles a ray while tracing")
+        gain = bench_summary.thread_gain(frame)
+        print(f"{frame['threads']} threads trace {gain:.2f} times as fast as one")
     for row in found["reading"]:
         read = bench_summary.medians(row["seconds"])
         ratio = read["whittle"] / read["cycles"]

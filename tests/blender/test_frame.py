@@ -33,6 +33,7 @@ def found(tmp_path_factory):
 def test_phases_of_both_engines(found):
     assert [frame["samples"] for frame in found["frames"]] == [1, 4]
     for frame in found["frames"]:
+        assert set(frame["seconds"]) == {"whittle", "cycles", "alone"}
         assert frame["rays"]["primary"] == frame["samples"] * PIXELS
         assert frame["triangles"] == 12
         for seconds in frame["seconds"].values():
@@ -68,6 +69,13 @@ def test_cycles_a_ray_are_those_of_all_threads():
     assert cycles_a_ray(frame, "trace") == pytest.approx(100)
 
 
+def test_threads_are_compared_with_one_on_what_they_trace():
+    from bench_summary import thread_gain
+
+    seconds = {"alone": {"trace": [1.9, 1.8, 9.0]}, "whittle": {"trace": [1.0, 7.0, 0.5]}}
+    assert thread_gain({"seconds": seconds}) == pytest.approx(1.9)
+
+
 def test_the_page_tells_ratios_to_cycles(found):
     from bench_summary import medians
     from benchmarks import frame_part
@@ -77,4 +85,5 @@ def test_the_page_tells_ratios_to_cycles(found):
         whole = [medians(frame["seconds"][name])["total"] for name in ("whittle", "cycles")]
         row = f"| whole job | {whole[0]:.3f} | {whole[1]:.3f} | {whole[1] / whole[0]:.2f} |"
         assert row in text
-    assert "the lecture's budget is 37.5" in " ".join(text.split())
+    said = " ".join(text.split())
+    assert "the lecture's budget is 37.5" in said and "times as fast as one." in said
