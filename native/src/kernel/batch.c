@@ -14,7 +14,7 @@
 
 /* A block of equal arrays, cut at the addresses where the pointers to them stand. */
 typedef struct block {
-  void **arrays[32];
+  void **arrays[48];
   uint32_t count;
 } block;
 
@@ -94,18 +94,18 @@ size_t ray_batch_bytes(const ray_batch *batch) {
 
 static block surfaces_block(surface_batch *s) {
   block b = {.count = 0};
-  float **vectors[] = {s->point,  s->geometric, s->normal,   s->view,
-                       s->weight, s->diffuse,   s->highlight};
+  float **vectors[] = {s->point,  s->geometric, s->normal,    s->view,
+                       s->weight, s->diffuse,   s->highlight, s->origin};
   for (uint32_t i = 0; i < sizeof vectors / sizeof *vectors; i++)
     add_arrays(&b, vectors[i], 3);
-  void *others[] = {&s->error, &s->alpha, &s->record, &s->slot, &s->ray};
+  void *others[] = {&s->error, &s->alpha, &s->u, &s->v, &s->record, &s->slot, &s->ray, &s->lit};
   for (uint32_t i = 0; i < sizeof others / sizeof *others; i++)
     add_array(&b, others[i]);
   return b;
 }
 
 bool surface_batch_reserve(surface_batch *batch, uint32_t count) {
-  batch->count = 0;
+  batch->count = batch->lit_groups = 0;
   if (count <= batch->capacity)
     return true;
   const block b = surfaces_block(batch);

@@ -12,7 +12,7 @@ static __attribute__((cold)) bool log_rays(const tile_context *context, const ti
   for (uint32_t i = 0; i < rays->count; i++) {
     const bool primary = kind == WHITTLE_RAY_PRIMARY, shadow = kind == WHITTLE_RAY_SHADOW;
     to[i] = (logged_ray){.kind = kind,
-                         .sample = w->sample_number,
+                         .sample = w->slot_sample[batch->slot[i]],
                          .depth = w->depth,
                          .parent = primary ? WHITTLE_NONE : batch->parent[i],
                          .light = shadow ? w->light : WHITTLE_NONE,
@@ -107,11 +107,11 @@ static inline void write_number(const tile_context *context, whittle_pass pass, 
     *pixel_of(context, pass, x, y, 1) = number;
 }
 
-static void write_counters(const tile_context *context, tile_worker *w, uint32_t slot) {
-  const uint32_t x = w->pixel_x[slot], y = w->pixel_y[slot];
+static void write_counters(const tile_context *context, tile_worker *w, uint32_t pixel) {
+  const uint32_t x = w->pixel_x[pixel], y = w->pixel_y[pixel];
   uint32_t nodes = 0, triangles = 0;
   for (uint32_t kind = 0; kind < WHITTLE_RAY_KINDS; kind++) {
-    const uint32_t of_nodes = w->nodes[kind][slot], of_triangles = w->triangles[kind][slot];
+    const uint32_t of_nodes = w->nodes[kind][pixel], of_triangles = w->triangles[kind][pixel];
     write_number(context, (whittle_pass)(WHITTLE_PASS_NODES_PRIMARY + kind), x, y, (float)of_nodes);
     write_number(context, (whittle_pass)(WHITTLE_PASS_TRIANGLES_PRIMARY + kind), x, y,
                  (float)of_triangles);
@@ -120,18 +120,18 @@ static void write_counters(const tile_context *context, tile_worker *w, uint32_t
   }
   write_number(context, WHITTLE_PASS_NODES, x, y, (float)nodes);
   write_number(context, WHITTLE_PASS_TRIANGLES, x, y, (float)triangles);
-  write_number(context, WHITTLE_PASS_LEAF_DEPTH, x, y, (float)w->leaf_depth[slot]);
+  write_number(context, WHITTLE_PASS_LEAF_DEPTH, x, y, (float)w->leaf_depth[pixel]);
 }
 
-static void write_coherence(const tile_context *context, const tile_worker *w, uint32_t slot) {
-  const packet_share *s = &w->shares[slot];
+static void write_coherence(const tile_context *context, const tile_worker *w, uint32_t pixel) {
+  const packet_share *s = &w->shares[pixel];
   const double share = s->visited ? (double)s->active / (double)s->visited : 1.0;
-  write_number(context, WHITTLE_PASS_COHERENCE, w->pixel_x[slot], w->pixel_y[slot], (float)share);
+  write_number(context, WHITTLE_PASS_COHERENCE, w->pixel_x[pixel], w->pixel_y[pixel], (float)share);
 }
 
 /* The same for all pixels of a tile: nothing finer can be measured. */
 static void write_seconds(const tile_context *context, const tile_worker *w, double seconds) {
-  const float each = (float)(seconds / w->slots);
-  for (uint32_t slot = 0; slot < w->slots; slot++)
-    write_number(context, WHITTLE_PASS_SECONDS, w->pixel_x[slot], w->pixel_y[slot], each);
+  const float each = (float)(seconds / w->pixels);
+  for (uint32_t i = 0; i < w->pixels; i++)
+    write_number(context, WHITTLE_PASS_SECONDS, w->pixel_x[i], w->pixel_y[i], each);
 }

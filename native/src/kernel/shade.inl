@@ -22,11 +22,18 @@ static inline const whittle_material *material_of(const whittle_scene *scene, ui
 static inline void gather_materials(const whittle_scene *scene, const uint32_t *records,
                                     uint32_t lanes, material_block *block) {
   const uint32_t rows = sizeof(whittle_material) / sizeof(float);
-  for (uint32_t lane = 0; lane < V_LANES; lane++) {
+  const whittle_material *each[V_LANES];
+  bool same = true;
+  each[0] = material_of(scene, records[0]);
+  for (uint32_t lane = 1; lane < V_LANES; lane++) {
+    const bool again = lane >= lanes || records[lane] == records[lane - 1];
+    each[lane] = again ? each[lane - 1] : material_of(scene, records[lane]);
+    same = same && each[lane] == each[0];
+  }
+  for (uint32_t lane = 0; lane < (same ? 1 : V_LANES); lane++) {
     float numbers[sizeof(whittle_material) / sizeof(float)];
-    memcpy(numbers, material_of(scene, records[lane < lanes ? lane : 0]), sizeof numbers);
-    for (uint32_t row = 0; row < rows; row++)
-      block->row[row][lane] = numbers[row];
+    memcpy(numbers, each[lane], sizeof numbers);
+    fill_column(block->row, rows, lane, same, numbers, 1);
   }
 }
 
@@ -95,13 +102,24 @@ static inline v_vector refracted(v_vector view, v_vector normal, v_vector flat, 
   return vec_select(below, d, vec_sub(vec_scale(flat, ratio * c - cos_t), back));
 }
 
-/* Adds light to the sample, lane by lane: two lanes may belong to one pixel. */
-static inline void add_light(tile_worker *w, const uint32_t *slots, uint32_t lanes,
-                             v_vector light) {
+/* Adds light to the samples of the lanes of `set`, at once where each has the slot after the one
+ * before; else lane by lane, because two may belong to one. Adding 0 changes no sample: none is
+ * -0. */
+static inline void add_light(tile_worker *w, const uint32_t *slots, uint32_t set, v_vector light) {
+  const uint32_t every = (uint32_t)((1ull << V_LANES) - 1), first = slots[0];
+  const v_float lights[3] = {light.x, light.y, light.z};
+  if (v_bits(v_equ(v_loadu(slots), v_from(first))) == every) {
+    for (int channel = 0; channel < 3; channel++) {
+      float *sample = w->sample[channel] + first;
+      const v_float more = v_select(v_from_bits(set), lights[channel], v_set(0.0f));
+      v_store(sample, v_load(sample) + more);
+    }
+    return;
+  }
   float value[3][V_LANES] __attribute__((aligned(64)));
-  float *const rows[3] = {value[0], value[1], value[2]};
-  vec_store(rows, 0, light);
-  for (uint32_t set = lanes; set; set &= set - 1) {
+  for (int channel = 0; channel < 3; channel++)
+    v_store(value[channel], lights[channel]);
+  for (; set; set &= set - 1) {
     const uint32_t lane = (uint32_t)__builtin_ctz(set), slot = slots[lane];
     for (int channel = 0; channel < 3; channel++)
       w->sample[channel][slot] += value[channel][lane];
@@ -118,30 +136,25 @@ static __attribute__((cold)) void note_parents(ray_batch *batch, uint32_t set,
 /* Appends rays from the surfaces at `at`, those of the lanes of `set`, to a batch, in order. */
 static inline bool append_rays(ray_batch *batch, uint32_t set, const surface_batch *s, uint32_t at,
                                v_vector origin, v_vector direction, v_vector weight, float t_max) {
-  const uint32_t *slots = s->slot + at, *skips = s->record + at;
-  float value[9][V_LANES] __attribute__((aligned(64)));
-  float *const rows[9] = {value[0], value[1], value[2], value[3], value[4],
-                          value[5], value[6], value[7], value[8]};
-  uint32_t n = batch->rays.count;
+  ray_stream *rays = &batch->rays;
+  const uint32_t n = rays->count;
+  if (set == 0)
+    return true;
   if (!ray_batch_reserve(batch, n + V_LANES))
     return false;
   if (batch->logged)
     note_parents(batch, set, s, at);
-  vec_store(rows, 0, origin);
-  vec_store(rows + 3, 0, direction);
-  vec_store(rows + 6, 0, weight);
-  for (; set; set &= set - 1) {
-    const uint32_t lane = (uint32_t)__builtin_ctz(set);
-    for (int axis = 0; axis < 3; axis++) {
-      batch->rays.origin[axis][n] = value[axis][lane];
-      batch->rays.direction[axis][n] = value[3 + axis][lane];
-      batch->weight[axis][n] = value[6 + axis][lane];
-    }
-    batch->rays.t_min[n] = 0.0f, batch->rays.t[n] = t_max;
-    batch->rays.skip[n] = skips[lane], batch->slot[n] = slots[lane];
-    n++;
+  const v_vector from[3] = {origin, direction, weight};
+  float *const *const to[3] = {rays->origin, rays->direction, batch->weight};
+  for (int i = 0; i < 3; i++) {
+    v_store_packed(to[i][0] + n, from[i].x, set);
+    v_store_packed(to[i][1] + n, from[i].y, set);
+    v_store_packed(to[i][2] + n, from[i].z, set);
   }
-  batch->rays.count = n;
+  v_store(rays->t_min + n, v_set(0.0f)), v_store(rays->t + n, v_set(t_max));
+  v_storeu_packed(rays->skip + n, v_loadu(s->record + at), set);
+  v_storeu_packed(batch->slot + n, v_loadu(s->slot + at), set);
+  rays->count = n + (uint32_t)__builtin_popcount(set);
   return true;
 }
 
@@ -191,7 +204,16 @@ shade_group(const tile_context *context, tile_worker *w, uint32_t at, uint32_t c
     v_store(s->alpha + at, v_select(rough, roughness * roughness, nothing));
   }
   add_light(w, s->slot + at, lanes, vec_mul(light, weight));
-  vec_store(s->diffuse, at, vec_scale(r.diffuse, v_set(INVERSE_PI)));
+  const v_vector diffuse = vec_scale(r.diffuse, v_set(INVERSE_PI));
+  vec_store(s->diffuse, at, diffuse);
+  /* What neither scatters nor shines sends 0 of any light, or no number: neither counts. */
+  uint32_t dark = v_bits(v_eq(vec_most(vec_abs(diffuse)), nothing));
+  if (needs & WHITTLE_NEED_HIGHLIGHT)
+    dark &= ~v_bits(rough);
+  if ((lanes & ~dark) != 0) {
+    s->lit[s->lit_groups++] = at;
+    vec_store(s->origin, at, surface_origins(s, at, 1.0f));
+  }
 
   bool room = true;
   if (needs & WHITTLE_NEED_MIRROR)

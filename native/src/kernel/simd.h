@@ -130,6 +130,23 @@ static inline float f4_min3(__m128 a) {
 static inline void whittle_prefetch(const void *p) {
   _mm_prefetch((const char *)p, _MM_HINT_T0);
 }
+/* The lanes of `set` moved to the front, in order. */
+static inline __m128 f4_to_front(__m128 a, uint32_t set) {
+#define LANE(i) 4 * (i), 4 * (i) + 1, 4 * (i) + 2, 4 * (i) + 3
+#define LANES(a, b, c, d)                                                                          \
+  {                                                                                                \
+    LANE(a), LANE(b), LANE(c), LANE(d)                                                             \
+  }
+  static const uint8_t order[16][16] = {
+      LANES(0, 0, 0, 0), LANES(0, 0, 0, 0), LANES(1, 0, 0, 0), LANES(0, 1, 0, 0),
+      LANES(2, 0, 0, 0), LANES(0, 2, 0, 0), LANES(1, 2, 0, 0), LANES(0, 1, 2, 0),
+      LANES(3, 0, 0, 0), LANES(0, 3, 0, 0), LANES(1, 3, 0, 0), LANES(0, 1, 3, 0),
+      LANES(2, 3, 0, 0), LANES(0, 2, 3, 0), LANES(1, 2, 3, 0), LANES(0, 1, 2, 3)};
+#undef LANES
+#undef LANE
+  const __m128i bytes = _mm_loadu_si128((const __m128i *)order[set & 15]);
+  return _mm_castsi128_ps(_mm_shuffle_epi8(_mm_castps_si128(a), bytes));
+}
 #endif
 
 /* ---- AVX-512: sixteen lanes
@@ -232,6 +249,18 @@ static inline v_float v_next(v_float a, int up) {
   const __m512i zero = _mm512_set1_epi32(up > 0 ? 1 : INT32_MIN + 1);
   const __mmask16 none = _mm512_cmpeq_epi32_mask(magnitude, _mm512_setzero_si512());
   return _mm512_castsi512_ps(_mm512_mask_blend_epi32(none, _mm512_add_epi32(bits, step), zero));
+}
+/* first, first + 1, ... */
+static inline v_uint v_from(uint32_t first) {
+  const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  return _mm512_add_epi32(_mm512_set1_epi32((int)first), lane);
+}
+static inline v_float v_as_float(v_uint a) {
+  return _mm512_castsi512_ps(a);
+}
+/* Stores the lanes of `set` next to each other, and anything into what is left of V_LANES. */
+static inline void v_store_packed(float *p, v_float a, uint32_t set) {
+  _mm512_storeu_ps(p, _mm512_maskz_compress_ps((__mmask16)set, a));
 }
 static inline float v_reduce_min(v_float a) {
   return _mm512_reduce_min_ps(a);
@@ -393,6 +422,17 @@ static inline v_float v_next(v_float a, int up) {
   const __m256i zero = _mm256_set1_epi32(up > 0 ? 1 : INT32_MIN + 1);
   const __m256i none = _mm256_cmpeq_epi32(magnitude, _mm256_setzero_si256());
   return _mm256_castsi256_ps(_mm256_blendv_epi8(_mm256_add_epi32(bits, step), zero, none));
+}
+static inline v_uint v_from(uint32_t first) {
+  return _mm256_add_epi32(_mm256_set1_epi32((int)first), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+}
+static inline v_float v_as_float(v_uint a) {
+  return _mm256_castsi256_ps(a);
+}
+static inline void v_store_packed(float *p, v_float a, uint32_t set) {
+  _mm_storeu_ps(p, f4_to_front(_mm256_castps256_ps128(a), set));
+  p += __builtin_popcount(set & 15);
+  _mm_storeu_ps(p, f4_to_front(_mm256_extractf128_ps(a, 1), set >> 4));
 }
 static inline float v_reduce_min(v_float a) {
   const __m128 h = _mm_min_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
@@ -560,6 +600,15 @@ static inline v_float v_next(v_float a, int up) {
   const __m128i none = _mm_cmpeq_epi32(magnitude, _mm_setzero_si128());
   return _mm_castsi128_ps(_mm_blendv_epi8(_mm_add_epi32(bits, step), zero, none));
 }
+static inline v_uint v_from(uint32_t first) {
+  return _mm_add_epi32(_mm_set1_epi32((int)first), _mm_setr_epi32(0, 1, 2, 3));
+}
+static inline v_float v_as_float(v_uint a) {
+  return _mm_castsi128_ps(a);
+}
+static inline void v_store_packed(float *p, v_float a, uint32_t set) {
+  _mm_storeu_ps(p, f4_to_front(a, set));
+}
 static inline float v_reduce_min(v_float a) {
   const __m128 q = _mm_min_ps(a, _mm_movehl_ps(a, a));
   return _mm_cvtss_f32(_mm_min_ss(q, _mm_shuffle_ps(q, q, 1)));
@@ -612,6 +661,9 @@ static inline uint64_t v_bytes_zero(v_bytes a) {
 
 static inline int v_any(v_mask a) {
   return v_bits(a) != 0;
+}
+static inline void v_storeu_packed(uint32_t *p, v_uint a, uint32_t set) {
+  v_store_packed((float *)p, v_as_float(a), set);
 }
 
 /* Lanes as integers, in the compiler's vectors: for sums, shifts and single bits. */

@@ -8,41 +8,107 @@ typedef struct corner_block {
   float normal[9][V_LANES] __attribute__((aligned(64)));
   float turn[9][V_LANES] __attribute__((aligned(64))); /* the instance's normal matrix */
   float side[V_LANES] __attribute__((aligned(64)));
-  float u[V_LANES] __attribute__((aligned(64))), v[V_LANES] __attribute__((aligned(64)));
   uint32_t smooth; /* lanes whose mesh has normals */
 } corner_block;
 
-static inline void gather_normals(const whittle_scene *scene, triangle_id id, uint32_t lane,
-                                  corner_block *block) {
-  const instance *placed = &scene->instances[id.instance];
-  const mesh *m = &scene->meshes[placed->mesh];
-  if (m->normals == NULL)
-    return;
-  block->smooth |= 1u << lane;
-  const uint32_t *corner = &m->triangles[3 * (size_t)id.triangle];
-  for (uint32_t i = 0; i < 3; i++) {
-    const size_t at = m->normals_by_corner ? 3 * (size_t)id.triangle + i : corner[i];
-    for (uint32_t k = 0; k < 3; k++)
-      block->normal[3 * i + k][lane] = m->normals[3 * at + k];
-  }
-  for (uint32_t k = 0; k < 9; k++)
-    block->turn[k][lane] = placed->normal_matrix[k];
+/* Whether the numbers of so many lanes are all the same. */
+static inline bool all_same(const uint32_t *numbers, uint32_t lanes) {
+  const uint32_t same = v_bits(v_equ(v_loadu(numbers), v_setu(numbers[0])));
+  return (~same & (uint32_t)((1ull << lanes) - 1)) == 0;
 }
 
-static inline void gather_corners(const whittle_scene *scene, const ray_stream *rays,
-                                  const uint32_t *hits, uint32_t lanes, bool smooth,
-                                  corner_block *block) {
+/* A column of `rows`, or if `every` the one of all lanes. */
+static inline void fill_column(float (*rows)[V_LANES], uint32_t count, uint32_t lane, bool every,
+                               const float *numbers, uint32_t step) {
+  for (uint32_t k = 0; every && k < count; k++)
+    v_store(rows[k], v_set(numbers[k * step]));
+  for (uint32_t k = 0; !every && k < count; k++)
+    rows[k][lane] = numbers[k * step];
+}
+
+static inline const float *vertex_normal(const mesh *m, uint32_t triangle, uint32_t corner) {
+  const size_t at = 3 * (size_t)triangle + corner;
+  return m->normals + 3 * (m->normals_by_corner ? at : (size_t)m->triangles[at]);
+}
+
+/* The triangle of a lane, or if `every` that of all of them. */
+static inline void gather_triangle(const whittle_scene *scene, uint32_t record, uint32_t lane,
+                                   bool every, bool smooth, corner_block *block) {
+  const triangle_place place = whittle_find_triangle(&scene->triangles, record);
+  const triangle_id id = scene->triangles.ids[record];
+  const mesh *m = &scene->meshes[scene->instances[id.instance].mesh];
+  fill_column(block->vertex, 9, lane, every, place.first, place.size);
+  if (!smooth || m->normals == NULL)
+    return;
+  block->smooth |= every ? (uint32_t)((1ull << V_LANES) - 1) : 1u << lane;
+  for (uint32_t i = 0; i < 3; i++)
+    fill_column(block->normal + 3 * i, 3, lane, every, vertex_normal(m, id.triangle, i), 1);
+}
+
+static inline void gather_instance(const instance *placed, uint32_t lane, bool every, bool smooth,
+                                   corner_block *block) {
+  fill_column(&block->side, 1, lane, every, &placed->side, 1);
+  if (smooth)
+    fill_column(block->turn, 9, lane, every, placed->normal_matrix, 1);
+}
+
+/* What the triangles of a lane group need; neighbours have mostly met the same, or at least the
+ * same instance. */
+static inline void gather_corners(const whittle_scene *scene, const uint32_t *records,
+                                  uint32_t lanes, bool smooth, corner_block *block) {
+  const bool one = all_same(records, lanes);
+  uint32_t owners[V_LANES];
   block->smooth = 0;
+  if (one)
+    gather_triangle(scene, records[0], 0, true, smooth, block);
   for (uint32_t lane = 0; lane < V_LANES; lane++) {
-    const uint32_t i = hits[lane < lanes ? lane : 0];
-    const triangle_place place = whittle_find_triangle(&scene->triangles, rays->record[i]);
-    const triangle_id id = scene->triangles.ids[rays->record[i]];
-    for (uint32_t k = 0; k < 9; k++)
-      block->vertex[k][lane] = place.first[k * place.size];
-    block->side[lane] = scene->instances[id.instance].side;
-    block->u[lane] = rays->u[i], block->v[lane] = rays->v[i];
-    if (smooth)
-      gather_normals(scene, id, lane, block);
+    const uint32_t record = records[lane < lanes ? lane : 0];
+    owners[lane] = scene->triangles.ids[record].instance;
+    if (!one)
+      gather_triangle(scene, record, lane, false, smooth, block);
+  }
+  const bool together = all_same(owners, V_LANES);
+  for (uint32_t lane = 0; lane < (together ? 1 : V_LANES); lane++)
+    gather_instance(&scene->instances[owners[lane]], lane, together, block->smooth != 0, block);
+}
+
+/* ---- What is to come is fetched, in the order in which one thing tells where the next is ---- */
+
+#define FETCH_AHEAD (2 * V_LANES) /* surfaces between one and the next */
+
+static inline void fetch_ids(const whittle_scene *scene, uint32_t record) {
+  whittle_prefetch(&scene->triangles.ids[record]);
+  whittle_prefetch(&scene->triangles.places[record]);
+}
+
+static inline void fetch_triangle(const whittle_scene *scene, uint32_t record) {
+  const triangle_id id = scene->triangles.ids[record];
+  const mesh *m = &scene->meshes[scene->instances[id.instance].mesh];
+  const triangle_place place = whittle_find_triangle(&scene->triangles, record);
+  for (uint32_t k = 0; k < 9; k += 2)
+    whittle_prefetch(place.first + k * place.size);
+  whittle_prefetch(&m->triangles[3 * (size_t)id.triangle]);
+  if (m->materials != NULL)
+    whittle_prefetch(&m->materials[id.triangle]);
+}
+
+static inline void fetch_normals(const whittle_scene *scene, uint32_t record) {
+  const triangle_id id = scene->triangles.ids[record];
+  const mesh *m = &scene->meshes[scene->instances[id.instance].mesh];
+  for (uint32_t i = 0; m->normals != NULL && i < 3; i++)
+    whittle_prefetch(vertex_normal(m, id.triangle, i));
+}
+
+/* Fetches for lane groups that come after the one at `at`. */
+static inline void fetch_ahead(const whittle_scene *scene, const surface_batch *s, uint32_t at) {
+  for (uint32_t first = at + FETCH_AHEAD, i = first; i < first + V_LANES; i++) {
+    const uint32_t next = i + FETCH_AHEAD, last = next + FETCH_AHEAD;
+    if (i < s->count && s->record[i] != s->record[i - 1])
+      fetch_normals(scene, s->record[i]);
+    if (next < s->count && s->record[next] != s->record[next - 1])
+      fetch_triangle(scene, s->record[next]);
+    if (last < s->count && s->record[last] != s->record[last - 1])
+      fetch_ids(scene, s->record[last]);
   }
 }
 
@@ -66,16 +132,15 @@ static inline v_vector geometric_normals(const corner_block *b) {
 }
 
 /* Weights of the three vertices. */
-static inline v_vector barycentrics(const corner_block *b) {
-  const v_float u = v_load(b->u), v = v_load(b->v);
+static inline v_vector barycentrics(const surface_batch *s, uint32_t at) {
+  const v_float u = v_load(s->u + at), v = v_load(s->v + at);
   return vec((v_set(1.0f) - u) - v, u, v);
 }
 
 /* Interpolated normals in scene space, outwards; the geometric ones where a mesh is flat. */
-static inline v_vector smooth_normals(corner_block *b, v_vector flat) {
+static inline v_vector smooth_normals(corner_block *b, v_vector w, v_vector flat) {
   if (b->smooth == 0)
     return flat;
-  const v_vector w = barycentrics(b);
   const v_vector n0 = vec_scale(vec_rows(b->normal), w.x);
   const v_vector n1 = vec_scale(vec_rows(b->normal + 3), w.y);
   const v_vector local = vec_add(vec_add(n0, n1), vec_scale(vec_rows(b->normal + 6), w.z));
@@ -87,9 +152,9 @@ static inline v_vector smooth_normals(corner_block *b, v_vector flat) {
 
 /* Hit points by barycentrics, and how far along the normal their rounding can reach: Pharr, Jakob,
  * Humphreys, Physically Based Rendering, section 3.9. */
-static inline void place_surfaces(surface_batch *s, uint32_t at, corner_block *b, v_vector normal) {
+static inline void place_surfaces(surface_batch *s, uint32_t at, corner_block *b, v_vector w,
+                                  v_vector normal) {
   const v_float gamma7 = v_set(7.0f * 0x1p-24f / (1.0f - 7.0f * 0x1p-24f));
-  const v_vector w = barycentrics(b);
   const v_vector p0 = vec_scale(vec_rows(b->vertex), w.x);
   const v_vector p1 = vec_scale(vec_rows(b->vertex + 3), w.y);
   const v_vector p2 = vec_scale(vec_rows(b->vertex + 6), w.z);
@@ -99,29 +164,24 @@ static inline void place_surfaces(surface_batch *s, uint32_t at, corner_block *b
 }
 
 /* Fills place, view and normals of up to V_LANES hits; gives the lanes that came from outside. */
-static inline v_mask load_surfaces(const whittle_scene *scene, const ray_stream *rays,
-                                   const uint32_t *hits, uint32_t lanes, bool smooth,
+static inline v_mask load_surfaces(const whittle_scene *scene, uint32_t lanes, bool smooth,
                                    surface_batch *s, uint32_t at) {
   corner_block block;
-  gather_corners(scene, rays, hits, lanes, smooth, &block);
-  float d[3][V_LANES] __attribute__((aligned(64)));
-  for (uint32_t lane = 0; lane < V_LANES; lane++)
-    for (uint32_t k = 0; k < 3; k++)
-      d[k][lane] = rays->direction[k][hits[lane < lanes ? lane : 0]];
+  gather_corners(scene, s->record + at, lanes, smooth, &block);
   const v_float nothing = v_set(0.0f);
-  const v_vector up = vec(nothing, nothing, v_set(1.0f));
-  const v_vector view = vec_unit(vec_scale(vec_rows(d), v_set(-1.0f)), up);
+  const v_vector up = vec(nothing, nothing, v_set(1.0f)), weights = barycentrics(s, at);
+  const v_vector view = vec_unit(vec_scale(vec_load(s->view, at), v_set(-1.0f)), up);
   const v_vector outward = geometric_normals(&block);
   const v_mask outside = v_le(nothing, vec_dot(outward, view));
   const v_float flip = v_select(outside, v_set(1.0f), v_set(-1.0f));
   const v_vector geometric = vec_scale(outward, flip);
   v_vector normal = geometric;
   if (smooth) {
-    normal = vec_scale(smooth_normals(&block, outward), flip);
+    normal = vec_scale(smooth_normals(&block, weights, outward), flip);
     /* Past its silhouette a smooth normal looks away from the eye. */
     normal = vec_select(v_lt(nothing, vec_dot(normal, view)), normal, geometric);
   }
-  place_surfaces(s, at, &block, geometric);
+  place_surfaces(s, at, &block, weights, geometric);
   vec_store(s->geometric, at, geometric);
   vec_store(s->normal, at, normal);
   vec_store(s->view, at, view);

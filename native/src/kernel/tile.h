@@ -9,8 +9,11 @@
 
 #include <stdatomic.h>
 
-#define WHITTLE_TILE_EDGE 16 /* pixels; 32 with packets of 1024 */
-#define WHITTLE_MAX_TILE_PIXELS 1024
+/* Samples that a tile has on their way at once: all of a pixel's, which see nearly the same, and of
+ * as many pixels as they leave room for. */
+#define WHITTLE_TILE_SLOTS 4096
+#define WHITTLE_TILE_EDGE 32 /* pixels at most */
+#define WHITTLE_TILE_PIXELS (WHITTLE_TILE_EDGE * WHITTLE_TILE_EDGE)
 
 /* Rays of the camera in scene space: affine in the pixel coordinates x and y. */
 typedef struct camera_rays {
@@ -32,11 +35,15 @@ typedef struct light_record {
 typedef struct surface_batch {
   float *point[3];
   float *error; /* distance along the geometric normal that clears the rounding of `point` */
-  float *geometric[3], *normal[3], *view[3];
+  float *geometric[3], *normal[3];
+  float *view[3];   /* at first the ray's direction */
+  float *u, *v;     /* weights of the second and third vertex */
+  float *origin[3]; /* of rays that leave where the view is; only of lit groups */
   float *weight[3];
   float *diffuse[3];             /* already divided by pi */
   float *highlight[3], *alpha;   /* GGX lobe; alpha 0: none */
   uint32_t *record, *slot, *ray; /* ray: its index in the batch */
+  uint32_t *lit, lit_groups;     /* where lane groups begin in which a surface answers to light */
   uint32_t first_ray;            /* the number in the log of the batch's first ray */
   uint32_t count, capacity;
   void *memory;
@@ -60,6 +67,7 @@ typedef struct tile_context {
   uint32_t region[4];
   uint32_t tile_edge, tiles_x, tiles;
   uint32_t grid;                       /* samples along each axis of a pixel */
+  uint32_t together;                   /* samples of a pixel that are on their way at once */
   uint32_t packets[WHITTLE_RAY_KINDS]; /* rays in a packet of each kind */
   bool count;                          /* nodes and triangles */
   bool watch;                /* more of each ray: owners, log, the deepest leaf, the packets */
@@ -74,17 +82,20 @@ typedef struct tile_worker {
   ray_batch primary, shadow;
   ray_batch secondary[2][2]; /* generation even or odd; reflection or refraction */
   surface_batch surfaces;
-  uint32_t pixel_x[WHITTLE_MAX_TILE_PIXELS], pixel_y[WHITTLE_MAX_TILE_PIXELS]; /* by slot */
-  float sample_x[WHITTLE_MAX_TILE_PIXELS + WHITTLE_LANE_PAD];
-  float sample_y[WHITTLE_MAX_TILE_PIXELS + WHITTLE_LANE_PAD];
-  uint32_t slots;
-  uint32_t sample_number, depth, light;     /* of the rays at hand; the light of shadow rays */
-  float sample[4][WHITTLE_MAX_TILE_PIXELS]; /* light and alpha of this sample, by slot */
-  float sum[4][WHITTLE_MAX_TILE_PIXELS];
-  uint32_t nodes[WHITTLE_RAY_KINDS][WHITTLE_MAX_TILE_PIXELS];
-  uint32_t triangles[WHITTLE_RAY_KINDS][WHITTLE_MAX_TILE_PIXELS];
-  uint32_t leaf_depth[WHITTLE_MAX_TILE_PIXELS];
-  packet_share shares[WHITTLE_MAX_TILE_PIXELS];
+  uint32_t pixels, slots; /* slot: a sample of a pixel, those of one pixel side by side */
+  uint32_t pixel_x[WHITTLE_TILE_PIXELS], pixel_y[WHITTLE_TILE_PIXELS];
+  uint32_t slot_x[WHITTLE_TILE_SLOTS], slot_y[WHITTLE_TILE_SLOTS]; /* the pixel's */
+  uint32_t slot_sample[WHITTLE_TILE_SLOTS];                        /* its number in the pixel */
+  float column[WHITTLE_TILE_SLOTS], row[WHITTLE_TILE_SLOTS];       /* its cell of the pixel */
+  float sample_x[WHITTLE_TILE_SLOTS + WHITTLE_LANE_PAD];
+  float sample_y[WHITTLE_TILE_SLOTS + WHITTLE_LANE_PAD];
+  uint32_t depth, light; /* of the rays at hand; the light of shadow rays */
+  float sample[4][WHITTLE_TILE_SLOTS + WHITTLE_LANE_PAD]; /* light and alpha, by slot */
+  float sum[4][WHITTLE_TILE_PIXELS]; /* of a pixel's samples, and what follows: by pixel */
+  uint32_t nodes[WHITTLE_RAY_KINDS][WHITTLE_TILE_PIXELS];
+  uint32_t triangles[WHITTLE_RAY_KINDS][WHITTLE_TILE_PIXELS];
+  uint32_t leaf_depth[WHITTLE_TILE_PIXELS];
+  packet_share shares[WHITTLE_TILE_PIXELS];
   cost_row cost[WHITTLE_RAY_KINDS]; /* one block, cost[0].instance_nodes, if anyone is charged */
   packet_counters packet_counters;
   whittle_render_stats stats;

@@ -26,25 +26,27 @@ static inline uint32_t variant_of(uint32_t needs) {
          (needs & WHITTLE_NEED_HIGHLIGHT ? 4 : 0);
 }
 
-/* Where sample `s` of each pixel lies: in the middle of its cell, or at a hashed point of it. */
-static void sample_points(const tile_context *context, tile_worker *w, uint32_t s) {
+/* The slots of samples first .. first + count of every pixel, and where in the image each lies: in
+ * the middle of its cell of the pixel, or at a hashed point of it. */
+static void sample_points(const tile_context *context, tile_worker *w, uint32_t first,
+                          uint32_t count) {
   const float grid = (float)context->grid;
-  const float column = (float)(s % context->grid), row = (float)(s / context->grid);
-  if (context->settings.pattern == WHITTLE_REGULAR) {
-    const float dx = (column + 0.5f) / grid, dy = (row + 0.5f) / grid;
-    for (uint32_t i = 0; i < w->slots; i++) {
-      w->sample_x[i] = (float)w->pixel_x[i] + dx;
-      w->sample_y[i] = (float)w->pixel_y[i] + dy;
+  const uint32_t seed = context->settings.seed;
+  const bool regular = context->settings.pattern == WHITTLE_REGULAR;
+  w->slots = 0;
+  for (uint32_t i = 0; i < w->pixels; i++)
+    for (uint32_t s = first; s < first + count; s++) {
+      const uint32_t slot = w->slots++;
+      w->slot_x[slot] = w->pixel_x[i], w->slot_y[slot] = w->pixel_y[i], w->slot_sample[slot] = s;
+      w->column[slot] = (float)(s % context->grid), w->row[slot] = (float)(s / context->grid);
     }
-    return;
-  }
   for (uint32_t i = 0; i < w->slots; i++) {
-    const uint32_t x = w->pixel_x[i], y = w->pixel_y[i];
-    const uint32_t hash = whittle_hash(x, y, s, context->settings.seed);
-    const float dx = (float)(hash >> 16) * 0x1p-16f + 0x1p-17f;
-    const float dy = (float)(hash & 0xffff) * 0x1p-16f + 0x1p-17f;
-    w->sample_x[i] = (float)x + (column + dx) / grid;
-    w->sample_y[i] = (float)y + (row + dy) / grid;
+    const uint32_t x = w->slot_x[i], y = w->slot_y[i];
+    const uint32_t hash = whittle_hash(x, y, w->slot_sample[i], seed);
+    const float dx = regular ? 0.5f : (float)(hash >> 16) * 0x1p-16f + 0x1p-17f;
+    const float dy = regular ? 0.5f : (float)(hash & 0xffff) * 0x1p-16f + 0x1p-17f;
+    w->sample_x[i] = (float)x + (w->column[i] + dx) / grid;
+    w->sample_y[i] = (float)y + (w->row[i] + dy) / grid;
   }
 }
 
@@ -53,7 +55,7 @@ static void tile_pixels(const tile_context *context, tile_worker *w, uint32_t ti
   const uint32_t edge = context->tile_edge;
   const uint32_t x0 = context->region[0] + tile % context->tiles_x * edge;
   const uint32_t y0 = context->region[1] + tile / context->tiles_x * edge;
-  w->slots = 0;
+  w->pixels = 0;
   for (uint32_t i = 0; i < edge * edge; i++) {
     uint32_t dx = 0, dy = 0;
     for (uint32_t bit = 0; 1u << bit < edge; bit++) {
@@ -62,8 +64,8 @@ static void tile_pixels(const tile_context *context, tile_worker *w, uint32_t ti
     }
     if (x0 + dx >= context->region[2] || y0 + dy >= context->region[3])
       continue;
-    w->pixel_x[w->slots] = x0 + dx;
-    w->pixel_y[w->slots++] = y0 + dy;
+    w->pixel_x[w->pixels] = x0 + dx;
+    w->pixel_y[w->pixels++] = y0 + dy;
   }
 }
 
@@ -75,12 +77,11 @@ static void affine(float *out, const tile_worker *w, float base, float dx, float
   }
 }
 
-static bool primary_rays(const tile_context *context, tile_worker *w, uint32_t sample) {
+static bool primary_rays(const tile_context *context, tile_worker *w) {
   const camera_rays *camera = &context->camera;
   ray_batch *batch = &w->primary;
   if (!ray_batch_reserve(batch, w->slots))
     return false;
-  sample_points(context, w, sample);
   for (int axis = 0; axis < 3; axis++) {
     affine(batch->rays.origin[axis], w, camera->origin[axis], camera->origin_x[axis],
            camera->origin_y[axis]);
@@ -104,7 +105,7 @@ static void write_hit(const tile_context *context, const tile_worker *w, uint32_
   const whittle_scene *scene = context->scene;
   const surface_batch *s = &w->surfaces;
   float *const *pass = context->image->pass;
-  const uint32_t x = w->pixel_x[s->slot[i]], y = w->pixel_y[s->slot[i]];
+  const uint32_t x = w->slot_x[s->slot[i]], y = w->slot_y[s->slot[i]];
   if (pass[WHITTLE_PASS_DEPTH])
     *pixel_of(context, WHITTLE_PASS_DEPTH, x, y, 1) = (float)((double)t * context->depth_scale);
   if (pass[WHITTLE_PASS_OBJECT_INDEX])
@@ -124,42 +125,63 @@ static void write_miss(const tile_context *context, const tile_worker *w, uint32
   static const float nothing[WHITTLE_PASS_NODES] = {[WHITTLE_PASS_DEPTH] = 1e10f};
   for (whittle_pass pass = WHITTLE_PASS_DEPTH; pass < WHITTLE_PASS_NODES; pass++)
     for (uint32_t k = 0; context->image->pass[pass] && k < whittle_pass_channels(pass); k++)
-      pixel_of(context, pass, w->pixel_x[slot], w->pixel_y[slot], whittle_pass_channels(pass))[k] =
+      pixel_of(context, pass, w->slot_x[slot], w->slot_y[slot], whittle_pass_channels(pass))[k] =
           nothing[pass];
 }
 
-static void shade_miss(const tile_context *context, tile_worker *w, const ray_batch *batch,
-                       uint32_t i, bool primary, bool geometry) {
-  const uint32_t slot = batch->slot[i];
+/* Whether a slot is the sample in the middle of its pixel, which the geometry passes show. */
+static inline bool is_middle(const tile_context *context, const tile_worker *w, uint32_t slot) {
+  return w->slot_sample[slot] == context->grid / 2 * context->grid + context->grid / 2;
+}
+
+/* What the rays of a lane group see that hit nothing, those of `set`. */
+static void shade_misses(const tile_context *context, tile_worker *w, const ray_batch *batch,
+                         uint32_t at, uint32_t set, bool primary, bool geometry) {
+  const v_vector sky = vec_set(context->scene->world.color);
   const bool seen = !(primary && context->settings.transparent);
-  for (int channel = 0; channel < 3 && seen; channel++)
-    w->sample[channel][slot] += context->scene->world.color[channel] * batch->weight[channel][i];
-  if (!seen)
-    w->sample[3][slot] = 0.0f;
-  if (geometry)
-    write_miss(context, w, slot);
+  if (seen)
+    add_light(w, batch->slot + at, set, vec_mul(sky, vec_load(batch->weight, at)));
+  for (; (geometry || !seen) && set; set &= set - 1) {
+    const uint32_t slot = batch->slot[at + (uint32_t)__builtin_ctz(set)];
+    if (!seen)
+      w->sample[3][slot] = 0.0f;
+    if (geometry && is_middle(context, w, slot))
+      write_miss(context, w, slot);
+  }
+}
+
+/* Lists the rays of a lane group that hit, those of `set`, as surfaces. */
+static void list_hits(surface_batch *s, const ray_batch *batch, uint32_t at, uint32_t set) {
+  const ray_stream *rays = &batch->rays;
+  const uint32_t n = s->count;
+  for (int i = 0; i < 3; i++) {
+    v_store_packed(s->weight[i] + n, v_load(batch->weight[i] + at), set);
+    v_store_packed(s->view[i] + n, v_load(rays->direction[i] + at), set);
+  }
+  v_store_packed(s->u + n, v_load(rays->u + at), set);
+  v_store_packed(s->v + n, v_load(rays->v + at), set);
+  v_storeu_packed(s->ray + n, v_from(at), set);
+  v_storeu_packed(s->slot + n, v_loadu(batch->slot + at), set);
+  v_storeu_packed(s->record + n, v_loadu(rays->record + at), set);
+  s->count = n + (uint32_t)__builtin_popcount(set);
 }
 
 /* Shades misses, and lists the hits of a batch as surfaces. */
 static void sort_hits(const tile_context *context, tile_worker *w, const ray_batch *batch,
                       bool primary, bool geometry) {
-  surface_batch *s = &w->surfaces;
-  for (uint32_t i = 0; i < batch->rays.count; i++) {
-    if (batch->rays.record[i] == WHITTLE_NONE) {
-      shade_miss(context, w, batch, i, primary, geometry);
-      continue;
-    }
-    const uint32_t n = s->count++;
-    s->ray[n] = i;
-    s->slot[n] = batch->slot[i];
-    s->record[n] = batch->rays.record[i];
-    for (int channel = 0; channel < 3; channel++)
-      s->weight[channel][n] = batch->weight[channel][i];
+  for (uint32_t at = 0; at < batch->rays.count; at += V_LANES) {
+    const uint32_t left = batch->rays.count - at, count = left < V_LANES ? left : V_LANES;
+    const uint32_t all = (uint32_t)((1ull << count) - 1);
+    const v_mask none = v_equ(v_loadu(batch->rays.record + at), v_setu(WHITTLE_NONE));
+    const uint32_t misses = v_bits(none) & all;
+    if (misses != 0)
+      shade_misses(context, w, batch, at, misses, primary, geometry);
+    if (misses != all)
+      list_hits(&w->surfaces, batch, at, all & ~misses);
   }
 }
 
-/* Shades a batch; for the sample in the middle of primary rays (`geometry`) also writes the
- * geometry passes. */
+/* Shades a batch; with `geometry`, of primary rays, also writes the geometry passes. */
 static bool shade_batch(const tile_context *context, tile_worker *w, ray_batch *batch,
                         ray_batch *reflection, ray_batch *refraction, bool primary, bool geometry) {
   const bool smooth = context->needs & WHITTLE_NEED_SMOOTH;
@@ -170,11 +192,36 @@ static bool shade_batch(const tile_context *context, tile_worker *w, ray_batch *
   sort_hits(context, w, batch, primary, geometry);
   for (uint32_t at = 0; at < s->count; at += V_LANES) {
     const uint32_t count = s->count - at < V_LANES ? s->count - at : V_LANES;
-    const v_mask outside =
-        load_surfaces(context->scene, &batch->rays, s->ray + at, count, smooth, s, at);
+    fetch_ahead(context->scene, s, at);
+    const v_mask outside = load_surfaces(context->scene, count, smooth, s, at);
     for (uint32_t i = at; geometry && i < at + count; i++)
-      write_hit(context, w, i, batch->rays.t[s->ray[i]]);
+      if (is_middle(context, w, s->slot[i]))
+        write_hit(context, w, i, batch->rays.t[s->ray[i]]);
     if (!shade(context, w, at, count, outside, reflection, refraction))
+      return false;
+  }
+  return true;
+}
+
+/* The rays of every surface of the last shaded batch that ask about one light; false if there is
+ * no memory. */
+static bool shadow_rays(const tile_context *context, tile_worker *w, const light_record *l) {
+  const surface_batch *s = &w->surfaces;
+  ray_batch *batch = &w->shadow;
+  /* What touches the light itself, to rounding, does not shadow it. */
+  const float t_max = l->kind == WHITTLE_POINT ? 1.0f - 0x1p-20f : __builtin_inff();
+  w->stats.shadow_rays_left_out += s->count;
+  batch->rays.count = 0;
+  for (uint32_t i = 0; i < s->lit_groups; i++) {
+    const uint32_t at = s->lit[i], count = s->count - at < V_LANES ? s->count - at : V_LANES;
+    const v_vector origin = vec_load(s->origin, at);
+    v_vector light, to_light;
+    const uint32_t arrives = light_arrives(context, s, at, l, origin, &light, &to_light) &
+                             (uint32_t)((1ull << count) - 1);
+    w->stats.shadow_rays_left_out -= (uint32_t)__builtin_popcount(arrives);
+    if (!l->shadow)
+      add_light(w, s->slot + at, arrives, light);
+    else if (!append_rays(batch, arrives, s, at, origin, to_light, light, t_max))
       return false;
   }
   return true;
@@ -182,31 +229,20 @@ static bool shade_batch(const tile_context *context, tile_worker *w, ray_batch *
 
 /* Asks every surface of the last shaded batch about one light. */
 static bool light_batch(const tile_context *context, tile_worker *w, const light_record *l) {
-  const surface_batch *s = &w->surfaces;
   ray_batch *batch = &w->shadow;
-  batch->rays.count = 0;
-  /* What touches the light itself, to rounding, does not shadow it. */
-  const float t_max = l->kind == WHITTLE_POINT ? 1.0f - 0x1p-20f : __builtin_inff();
-  for (uint32_t at = 0; at < s->count; at += V_LANES) {
-    const uint32_t count = s->count - at < V_LANES ? s->count - at : V_LANES;
-    const v_vector origin = surface_origins(s, at, 1.0f);
-    v_vector light, to_light;
-    const uint32_t arrives = light_arrives(context, s, at, l, origin, &light, &to_light) &
-                             (uint32_t)((1ull << count) - 1);
-    w->stats.shadow_rays_left_out += count - (uint32_t)__builtin_popcount(arrives);
-    if (!l->shadow)
-      add_light(w, s->slot + at, arrives, light);
-    else if (!append_rays(batch, arrives, s, at, origin, to_light, light, t_max))
-      return false;
-  }
+  if (!shadow_rays(context, w, l))
+    return false;
   if (batch->rays.count == 0)
     return true;
   if (!trace_batch(context, w, batch, WHITTLE_RAY_SHADOW))
     return false;
-  for (uint32_t i = 0; i < batch->rays.count; i++)
-    if (batch->rays.record[i] == WHITTLE_NONE)
-      for (int channel = 0; channel < 3; channel++)
-        w->sample[channel][batch->slot[i]] += batch->weight[channel][i];
+  for (uint32_t at = 0; at < batch->rays.count; at += V_LANES) {
+    const uint32_t left = batch->rays.count - at, count = left < V_LANES ? left : V_LANES;
+    const v_mask open = v_equ(v_loadu(batch->rays.record + at), v_setu(WHITTLE_NONE));
+    const uint32_t set = v_bits(open) & (uint32_t)((1ull << count) - 1);
+    if (set != 0)
+      add_light(w, batch->slot + at, set, vec_load(batch->weight, at));
+  }
   return true;
 }
 
@@ -230,17 +266,35 @@ static bool run_batch(const tile_context *context, tile_worker *w, ray_batch *ba
   return true;
 }
 
-/* All generations of one sample of every pixel of the tile. */
-static bool run_sample(const tile_context *context, tile_worker *w, uint32_t sample) {
-  const uint32_t grid = context->grid;
-  const bool geometry = sample == grid / 2 * grid + grid / 2;
-  w->sample_number = sample;
+/* Whether a pass is wanted that shows where the middle of a pixel meets the scene. */
+static bool wants_geometry(const whittle_image *image) {
+  for (whittle_pass pass = WHITTLE_PASS_DEPTH; pass < WHITTLE_PASS_NODES; pass++)
+    if (image->pass[pass] != NULL)
+      return true;
+  return false;
+}
+
+/* Adds the slots' samples to their pixels, in order. */
+static void add_samples(tile_worker *w, uint32_t count) {
+  for (int channel = 0; channel < 4; channel++)
+    for (uint32_t i = 0; i < w->pixels; i++) {
+      float sum = w->sum[channel][i];
+      for (uint32_t s = 0; s < count; s++)
+        sum += w->sample[channel][i * count + s];
+      w->sum[channel][i] = sum;
+    }
+}
+
+/* All generations of samples first .. first + count of every pixel of the tile. */
+static bool run_samples(const tile_context *context, tile_worker *w, uint32_t first,
+                        uint32_t count) {
+  sample_points(context, w, first, count);
   for (uint32_t slot = 0; slot < w->slots; slot++) {
     w->sample[0][slot] = w->sample[1][slot] = w->sample[2][slot] = 0.0f;
     w->sample[3][slot] = 1.0f;
   }
-  if (!primary_rays(context, w, sample) ||
-      !run_batch(context, w, &w->primary, WHITTLE_RAY_PRIMARY, 0, geometry))
+  if (!primary_rays(context, w) ||
+      !run_batch(context, w, &w->primary, WHITTLE_RAY_PRIMARY, 0, wants_geometry(context->image)))
     return false;
   for (uint32_t depth = 1; depth <= context->settings.max_depth; depth++) {
     ray_batch *now = w->secondary[depth % 2];
@@ -252,25 +306,22 @@ static bool run_sample(const tile_context *context, tile_worker *w, uint32_t sam
         !run_batch(context, w, &now[1], WHITTLE_RAY_REFRACTION, depth, false))
       return false;
   }
-  for (int channel = 0; channel < 4; channel++)
-    for (uint32_t slot = 0; slot < w->slots; slot++)
-      w->sum[channel][slot] += w->sample[channel][slot];
+  add_samples(w, count);
   return true;
 }
 
 static void write_tile(const tile_context *context, tile_worker *w) {
   const float share = 1.0f / (float)context->settings.samples;
-  for (uint32_t slot = 0; slot < w->slots; slot++) {
+  for (uint32_t i = 0; i < w->pixels; i++) {
     if (context->image->pass[WHITTLE_PASS_COMBINED]) {
-      float *pixel =
-          pixel_of(context, WHITTLE_PASS_COMBINED, w->pixel_x[slot], w->pixel_y[slot], 4);
+      float *pixel = pixel_of(context, WHITTLE_PASS_COMBINED, w->pixel_x[i], w->pixel_y[i], 4);
       for (int channel = 0; channel < 4; channel++)
-        pixel[channel] = w->sum[channel][slot] * share;
+        pixel[channel] = w->sum[channel][i] * share;
     }
     if (context->count)
-      write_counters(context, w, slot);
+      write_counters(context, w, i);
     if (context->coherence)
-      write_coherence(context, w, slot);
+      write_coherence(context, w, i);
   }
 }
 
@@ -287,10 +338,12 @@ static bool kernel_render_tile(const tile_context *context, tile_worker *w, uint
     memset(w->shares, 0, sizeof w->shares);
   for (int even = 0; even < 2; even++)
     w->secondary[even][0].rays.count = w->secondary[even][1].rays.count = 0;
-  for (uint32_t sample = 0; sample < context->settings.samples; sample++) {
+  const uint32_t samples = context->settings.samples;
+  for (uint32_t first = 0, count; first < samples; first += count) {
+    count = samples - first < context->together ? samples - first : context->together;
     if (atomic_load_explicit(context->cancelled, memory_order_relaxed))
       return true;
-    if (!run_sample(context, w, sample))
+    if (!run_samples(context, w, first, count))
       return false;
   }
   write_tile(context, w);

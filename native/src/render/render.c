@@ -126,6 +126,30 @@ static void choose_packets(tile_context *context) {
     context->packets[kind] = s->packet ? s->packet : chosen[kind];
 }
 
+/* Tiles that leave each thread enough of them to end with the others. */
+#define TILES_A_THREAD 16
+
+static uint32_t tiles_along(const tile_context *c, int axis) {
+  return (c->region[axis + 2] - c->region[axis] + c->tile_edge - 1) / c->tile_edge;
+}
+
+/* What is counted by pixel, and the lecture's packets, have one sample of a pixel at a time. Tiles
+ * whose seconds are told stay small. */
+static void choose_tiles(tile_context *c) {
+  const bool one = c->count || c->watch || c->settings.mode == WHITTLE_LECTURE;
+  const uint32_t most = one ? 1 : WHITTLE_TILE_SLOTS, samples = c->settings.samples;
+  const uint32_t least = TILES_A_THREAD * c->settings.threads;
+  c->together = samples < most ? samples : most;
+  const bool small = (one || c->image->pass[WHITTLE_PASS_SECONDS]) && c->settings.packet != 1024;
+  c->tile_edge = small ? WHITTLE_TILE_EDGE / 2 : WHITTLE_TILE_EDGE;
+  while (c->tile_edge * c->tile_edge * c->together > WHITTLE_TILE_SLOTS ||
+         (c->tile_edge > 16 && c->settings.packet == 0 &&
+          tiles_along(c, 0) * tiles_along(c, 1) < least))
+    c->tile_edge /= 2;
+  c->tiles_x = tiles_along(c, 0);
+  c->tiles = c->tiles_x * tiles_along(c, 1);
+}
+
 static whittle_status prepare(render_run *run, const whittle_scene *scene,
                               const whittle_camera *camera, const whittle_settings *settings,
                               const whittle_image *image, ray_log *log, whittle_error *error) {
@@ -161,13 +185,13 @@ static whittle_status prepare(render_run *run, const whittle_scene *scene,
     c->region[2] = camera->width, c->region[3] = camera->height;
   c->grid = grid_of(c->settings.samples);
   choose_packets(c);
-  c->tile_edge = c->settings.packet == 1024 ? 32 : WHITTLE_TILE_EDGE;
-  c->tiles_x = (c->region[2] - c->region[0] + c->tile_edge - 1) / c->tile_edge;
-  c->tiles = c->tiles_x * ((c->region[3] - c->region[1] + c->tile_edge - 1) / c->tile_edge);
   c->light_count = (uint32_t)scene->light_count;
   c->lights = prepare_lights(scene);
-  return c->lights == NULL ? whittle_out_of_memory(error, "the lights")
-                           : prepare_watch(run, image, log, error);
+  if (c->lights == NULL)
+    return whittle_out_of_memory(error, "the lights");
+  status = prepare_watch(run, image, log, error);
+  choose_tiles(c);
+  return status;
 }
 
 static void work(void *context, uint32_t worker, whittle_run_state *state) {
