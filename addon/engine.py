@@ -182,7 +182,7 @@ def _trace(
     """Renders in the background, while this thread shows progress and hears Esc."""
     job = native_scene.start(shot, settings)
     wait = 0.001
-    fraction, done = job.poll()
+    fraction, done = 0.0, False  # a quick job too has its phase shown
     while not done:
         if not progress.report("trace", fraction):
             job.cancel()
