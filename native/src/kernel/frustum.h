@@ -5,6 +5,7 @@
 #pragma once
 
 #include "kernel/box.h"
+#include "kernel/simd_bytes.h"
 
 /* At depth z along the axis a ray is at slope * z from its origin, with |slope| <= 1. A hit's
  * vertices lie on both sides of the ray to 6 * 2^-24 of the distance to the farthest side of their

@@ -9,6 +9,7 @@
 #include "kernel/frustum.h"
 #include "kernel/hash.h"
 #include "kernel/order.h"
+#include "kernel/simd_bytes.h"
 #include "kernel/tile.h"
 #include "kernel/vector.h"
 

@@ -88,17 +88,11 @@ typedef __m128 f4_float;
 static inline __m128 f4_load3(const float *p) {
   return _mm_blend_ps(_mm_loadu_ps(p), _mm_setzero_ps(), 8);
 }
-static inline void f4_store(float *p, __m128 a) {
-  _mm_storeu_ps(p, a);
-}
 static inline __m128 f4_set(float x) {
   return _mm_set1_ps(x);
 }
 static inline __m128 f4_make(float x, float y, float z, float w) {
   return _mm_setr_ps(x, y, z, w);
-}
-static inline __m128 f4_load(const float *p) {
-  return _mm_loadu_ps(p);
 }
 static inline __m128 f4_min(__m128 a, __m128 b) {
   return _mm_min_ps(a, b);
@@ -109,12 +103,6 @@ static inline __m128 f4_max(__m128 a, __m128 b) {
 /* By the sign bits of `sign`: b where set, else a. */
 static inline __m128 f4_by_sign(__m128 sign, __m128 a, __m128 b) {
   return _mm_blendv_ps(a, b, sign);
-}
-static inline uint32_t f4_le(__m128 a, __m128 b) { /* as bits */
-  return (uint32_t)_mm_movemask_ps(_mm_cmple_ps(a, b));
-}
-static inline void f4_transpose(__m128 row[4]) {
-  _MM_TRANSPOSE4_PS(row[0], row[1], row[2], row[3]);
 }
 static inline float f4_first(__m128 a) {
   return _mm_cvtss_f32(a);
@@ -154,7 +142,6 @@ static inline __m128 f4_to_front(__m128 a, uint32_t set) {
 
 #if defined(__AVX512F__)
 #define V_LANES 16
-#define V_BYTES 64
 typedef __m512 v_float;
 typedef __m512i v_uint;
 typedef __mmask16 v_mask;
@@ -276,58 +263,11 @@ static inline v_float v_least_of_rows(const v_float row[V_LANES]) {
   return _mm512_loadu_ps(least);
 }
 
-/* Bytes and shorts of many lane groups, which v_store_bytes makes of lanes. */
-typedef __m512i v_bytes;
-
-/* Numbers from 0 to 255, rounded down. */
-static inline void v_store_bytes(uint8_t *p, v_float a) {
-  _mm_storeu_si128((__m128i *)p, _mm512_cvtusepi32_epi8(_mm512_cvttps_epi32(a)));
-}
-static inline v_bytes v_set_bytes(uint8_t x) {
-  return _mm512_set1_epi8((char)x);
-}
-static inline v_bytes v_load_bytes(const void *p) {
-  return _mm512_loadu_si512(p);
-}
-/* Not 0 where a > b. */
-static inline v_bytes v_bytes_above(v_bytes a, v_bytes b) {
-  return _mm512_subs_epu8(a, b);
-}
-/* The same of a short and V_BYTES others that v_store_shorts has made. */
-static inline v_bytes v_short_above(int16_t a, const int16_t *b) {
-  const __m512i all = _mm512_set1_epi16(a);
-  return _mm512_packus_epi16(_mm512_subs_epi16(all, _mm512_loadu_si512(b)),
-                             _mm512_subs_epi16(all, _mm512_loadu_si512(b + V_BYTES / 2)));
-}
-/* The upper halves of V_BYTES floats as shorts. v_short_above packs two vectors of these, which
- * takes eight of the one and of the other in turns: so every other eight stand in the second one.
- */
-static inline void v_store_shorts(int16_t *p, const float *from) {
-  const __m512i odd = _mm512_setr_epi64(2, 3, 6, 7, 10, 11, 14, 15);
-  const __m512i even = _mm512_setr_epi64(0, 1, 4, 5, 8, 9, 12, 13);
-  __m512i half[2];
-  for (int i = 0; i < 2; i++) {
-    const __m512i low = _mm512_srli_epi32(_mm512_loadu_si512(from + 32 * i), 16);
-    const __m512i high = _mm512_srli_epi32(_mm512_loadu_si512(from + 32 * i + 16), 16);
-    half[i] = _mm512_inserti64x4(_mm512_castsi256_si512(_mm512_cvtepi32_epi16(low)),
-                                 _mm512_cvtepi32_epi16(high), 1);
-  }
-  _mm512_storeu_si512(p, _mm512_permutex2var_epi64(half[0], even, half[1]));
-  _mm512_storeu_si512(p + V_BYTES / 2, _mm512_permutex2var_epi64(half[0], odd, half[1]));
-}
-static inline v_bytes v_bytes_or(v_bytes a, v_bytes b) {
-  return _mm512_or_si512(a, b);
-}
-static inline uint64_t v_bytes_zero(v_bytes a) {
-  return _mm512_testn_epi8_mask(a, a);
-}
-
 /* ---- AVX2: eight lanes
  * ---------------------------------------------------------------------------- */
 
 #elif defined(__AVX2__)
 #define V_LANES 8
-#define V_BYTES 32
 typedef __m256 v_float;
 typedef __m256i v_uint;
 typedef __m256 v_mask;
@@ -458,49 +398,11 @@ static inline v_float v_least_of_rows(const v_float row[V_LANES]) {
                        _mm256_permute2f128_ps(four[0], four[1], 0x31));
 }
 
-typedef __m256i v_bytes;
-
-static inline void v_store_bytes(uint8_t *p, v_float a) {
-  const __m256i whole = _mm256_cvttps_epi32(a);
-  const __m128i shorts =
-      _mm_packus_epi32(_mm256_castsi256_si128(whole), _mm256_extracti128_si256(whole, 1));
-  _mm_storel_epi64((__m128i *)p, _mm_packus_epi16(shorts, shorts));
-}
-static inline v_bytes v_set_bytes(uint8_t x) {
-  return _mm256_set1_epi8((char)x);
-}
-static inline v_bytes v_load_bytes(const void *p) {
-  return _mm256_loadu_si256((const __m256i *)p);
-}
-static inline v_bytes v_bytes_above(v_bytes a, v_bytes b) {
-  return _mm256_subs_epu8(a, b);
-}
-static inline v_bytes v_short_above(int16_t a, const int16_t *b) {
-  const __m256i all = _mm256_set1_epi16(a);
-  return _mm256_packus_epi16(_mm256_subs_epi16(all, v_load_bytes(b)),
-                             _mm256_subs_epi16(all, v_load_bytes(b + V_BYTES / 2)));
-}
-static inline void v_store_shorts(int16_t *p, const float *from) {
-  for (int i = 0; i < 2; i++) {
-    const __m256i low = _mm256_srli_epi32(v_load_bytes(from + 8 * i), 16);
-    const __m256i high = _mm256_srli_epi32(v_load_bytes(from + 16 + 8 * i), 16);
-    const __m256i both = _mm256_permute4x64_epi64(_mm256_packus_epi32(low, high), 0xd8);
-    _mm256_storeu_si256((__m256i *)(p + 16 * i), both);
-  }
-}
-static inline v_bytes v_bytes_or(v_bytes a, v_bytes b) {
-  return _mm256_or_si256(a, b);
-}
-static inline uint64_t v_bytes_zero(v_bytes a) {
-  return (uint32_t)_mm256_movemask_epi8(_mm256_cmpeq_epi8(a, _mm256_setzero_si256()));
-}
-
 /* ---- SSE4.2: four lanes
  * ---------------------------------------------------------------------------- */
 
 #elif defined(__SSE4_2__)
 #define V_LANES 4
-#define V_BYTES 16
 typedef __m128 v_float;
 typedef __m128i v_uint;
 typedef __m128 v_mask;
@@ -623,40 +525,6 @@ static inline v_float v_least_of_rows(const v_float row[V_LANES]) {
   return _mm_min_ps(_mm_min_ps(a, b), _mm_min_ps(c, d));
 }
 
-typedef __m128i v_bytes;
-
-static inline void v_store_bytes(uint8_t *p, v_float a) {
-  const __m128i whole = _mm_cvttps_epi32(a), shorts = _mm_packus_epi32(whole, whole);
-  const int bytes = _mm_cvtsi128_si32(_mm_packus_epi16(shorts, shorts));
-  memcpy(p, &bytes, sizeof bytes);
-}
-static inline v_bytes v_set_bytes(uint8_t x) {
-  return _mm_set1_epi8((char)x);
-}
-static inline v_bytes v_load_bytes(const void *p) {
-  return _mm_loadu_si128((const __m128i *)p);
-}
-static inline v_bytes v_bytes_above(v_bytes a, v_bytes b) {
-  return _mm_subs_epu8(a, b);
-}
-static inline v_bytes v_short_above(int16_t a, const int16_t *b) {
-  const __m128i all = _mm_set1_epi16(a);
-  return _mm_packus_epi16(_mm_subs_epi16(all, v_load_bytes(b)),
-                          _mm_subs_epi16(all, v_load_bytes(b + V_BYTES / 2)));
-}
-static inline void v_store_shorts(int16_t *p, const float *from) {
-  for (int i = 0; i < 2; i++) {
-    const __m128i low = _mm_srli_epi32(v_load_bytes(from + 8 * i), 16);
-    const __m128i high = _mm_srli_epi32(v_load_bytes(from + 8 * i + 4), 16);
-    _mm_storeu_si128((__m128i *)(p + 8 * i), _mm_packus_epi32(low, high));
-  }
-}
-static inline v_bytes v_bytes_or(v_bytes a, v_bytes b) {
-  return _mm_or_si128(a, b);
-}
-static inline uint64_t v_bytes_zero(v_bytes a) {
-  return (uint32_t)_mm_movemask_epi8(_mm_cmpeq_epi8(a, _mm_setzero_si128()));
-}
 #endif
 
 static inline int v_any(v_mask a) {
