@@ -16,7 +16,7 @@ typedef struct wide_child {
 
 #define WIDE_NODE 0u
 #define WIDE_FINE_NODE UINT32_MAX
-#define WIDE_FINE 0x1p-11f /* extent of such a node; scene space is about 1 wide */
+#define WIDE_FINE 0x1p-14f /* extent of such a node; scene space is about 1 wide */
 
 /* The boxes of eight children as structures of arrays; those of missing children are NaN, which no
  * test lets pass. */

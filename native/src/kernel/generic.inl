@@ -1,11 +1,8 @@
 /* SPDX-FileCopyrightText: 2026 The Whittle Authors
  * SPDX-License-Identifier: GPL-3.0-or-later */
-/* Packets of rays that share no more than their class go down the tree with eight children:
- * reflected, refracted and shadow rays that no point sees. */
-
-/* A node's children are culled with the frustum of all rays; each of those left is tested by every
- * ray and keeps the rays that enter it. The last few rays go on alone. */
-#define GENERIC_ALONE 3
+/* What many rays of a packet that share no more than their class do at a node and in a leaf. A
+ * node's children are culled with the frustum of all rays; each of those left is tested by every
+ * ray and keeps the rays that enter it. */
 
 typedef struct generic_entry {
   wide_child child;
@@ -173,20 +170,6 @@ static inline __attribute__((always_inline)) void generic_leaf(const trace_conte
     generic_deepest(p);
 }
 
-/* The active rays go down a subtree one by one. */
-static void generic_alone(const trace_context *context, generic_packet *p, wide_child child,
-                          uint32_t active, const bool any) {
-  for (; active; active &= active - 1) {
-    const uint32_t i = (uint32_t)__builtin_ctz(active);
-    any ? wide_descend_any(context, &p->rays, &p->prepared[i / V_LANES], i, child)
-        : wide_descend_closest(context, &p->rays, &p->prepared[i / V_LANES], i, child);
-    if (any && p->rays.record[i] != WHITTLE_NONE)
-      p->alive &= ~(1u << i);
-  }
-  if (p->alive != 0)
-    generic_deepest(p);
-}
-
 /* The children that the frustum reaches, and the depths where. */
 static inline uint32_t generic_reach(const generic_packet *p, const v_frustum *f,
                                      const wide_node *node, float front[]) {
@@ -201,74 +184,37 @@ static inline uint32_t generic_reach(const generic_packet *p, const v_frustum *f
   return reach & ((1u << WHITTLE_WIDTH) - 1);
 }
 
-/* Pushes the children that rays enter, the farthest first; gives the new height of the stack. */
-static inline uint32_t generic_push(const trace_context *context, const generic_packet *p,
-                                    const v_frustum *f, generic_entry entry, generic_entry *stack,
-                                    uint32_t height) {
-  const wide_node *node = &context->scene->wide[entry.child.first];
-  const bool fine = entry.child.count == WIDE_FINE_NODE;
-  const uint32_t bottom = height;
+/* What is known of a node's children: the rays that enter them, and where the first does. */
+typedef struct generic_children {
   float front[WHITTLE_WIDTH + V_LANES];
-  uint32_t reach = generic_reach(p, f, node, front);
+  uint32_t active[WHITTLE_WIDTH + V_LANES];
+  uint32_t entered; /* children with active rays, as bits */
+} generic_children;
+
+/* Pushes the children that rays enter, the farthest first; gives the new height of the stack. */
+static inline uint32_t generic_push(const whittle_scene *scene, const wide_node *node,
+                                    const generic_children *children, generic_entry *stack,
+                                    uint32_t height) {
+  for (uint32_t rest = children->entered; rest; rest &= rest - 1) {
+    const uint32_t i = (uint32_t)__builtin_ctz(rest);
+    const uint32_t below = wide_deeper(children->front, i) & children->entered;
+    wide_prefetch(scene, node->child[i]);
+    stack[height + (uint32_t)__builtin_popcount(below)] =
+        (generic_entry){node->child[i], children->front[i], children->active[i]};
+  }
+  return height + (uint32_t)__builtin_popcount(children->entered);
+}
+
+/* The children of an entry's node, by all its rays at once. */
+static inline void generic_open(const generic_packet *p, const v_frustum *f, const wide_node *node,
+                                generic_entry entry, generic_children *children) {
+  const bool fine = entry.child.count == WIDE_FINE_NODE;
+  uint32_t reach = generic_reach(p, f, node, children->front);
+  children->entered = 0;
   for (; reach; reach &= reach - 1) {
     const uint32_t i = (uint32_t)__builtin_ctz(reach);
-    const uint32_t active = __builtin_expect(fine, 0)
-                                ? generic_enters_fine(p, node, i, entry.active)
-                                : generic_enters(p, node, i, entry.active);
-    if (active == 0)
-      continue;
-    const generic_entry next = {node->child[i], front[i], active};
-    wide_prefetch(context->scene, next.child);
-    uint32_t at = height++;
-    for (; at > bottom && stack[at - 1].front < next.front; at--)
-      stack[at] = stack[at - 1];
-    stack[at] = next;
-  }
-  return height;
-}
-
-static inline __attribute__((always_inline)) void
-generic_traverse(const trace_context *context, generic_packet *p, const bool any) {
-  generic_entry stack[WIDE_STACK];
-  uint32_t height = 1;
-  stack[0] = (generic_entry){{0, WIDE_NODE}, 0.0f, p->alive};
-  while (height > 0 && p->alive != 0) {
-    generic_entry entry = stack[--height];
-    entry.active &= p->alive;
-    if (entry.active == 0 || entry.front > p->whole.deepest)
-      continue;
-    if (__builtin_popcount(entry.active) <= GENERIC_ALONE) {
-      generic_alone(context, p, entry.child, entry.active, any);
-      continue;
-    }
-    const v_frustum f = frustum_everywhere(&p->whole);
-    if (wide_is_leaf(entry.child))
-      generic_leaf(context, p, &f, entry.child, entry.active, any);
-    else
-      height = generic_push(context, p, &f, entry, stack, height);
-  }
-}
-
-/* Rays of a class: those of a list, or with list NULL first .. first + count. Without `resume` they
- * have not hit anything yet. */
-static void trace_generic(const trace_context *context, ray_stream *rays, const uint32_t *list,
-                          uint32_t first, uint32_t count, uint32_t class, bool any, bool resume) {
-  uint32_t listed[GENERIC_RAYS];
-  generic_packet p;
-  for (uint32_t k = 0; k < count; k += GENERIC_RAYS) {
-    const uint32_t here = count - k < GENERIC_RAYS ? count - k : GENERIC_RAYS;
-    const bool borrows = list == NULL && here == GENERIC_RAYS && (first + k) % V_LANES == 0;
-    for (uint32_t i = 0; i < here; i++)
-      listed[i] = list ? list[k + i] : first + k + i;
-    for (uint32_t i = 0; !resume && i < here; i++)
-      rays->record[listed[i]] = WHITTLE_NONE;
-    if (borrows)
-      generic_borrow(&p, rays, first + k);
-    else
-      generic_gather(&p, rays, listed, here);
-    generic_prepare(&p, here, class, any);
-    any ? generic_traverse(context, &p, true) : generic_traverse(context, &p, false);
-    if (!borrows)
-      generic_scatter(&p, rays, listed, here);
+    children->active[i] = __builtin_expect(fine, 0) ? generic_enters_fine(p, node, i, entry.active)
+                                                    : generic_enters(p, node, i, entry.active);
+    children->entered |= (uint32_t)(children->active[i] != 0) << i;
   }
 }

@@ -34,10 +34,10 @@ static void generic_borrow(generic_packet *p, const ray_stream *rays, uint32_t f
   own->record = rays->record + first, own->skip = rays->skip + first;
 }
 
-/* Copies of the rays of a list, and what they have hit; what follows them is a copy of the first.
- */
+/* Copies of the rays of a list, with `resume` also of what they have hit; what follows them is a
+ * copy of the first. */
 static void generic_gather(generic_packet *p, const ray_stream *rays, const uint32_t *list,
-                           uint32_t count) {
+                           uint32_t count, bool resume) {
   generic_room *room = &p->room;
   ray_stream *own = &p->rays;
   own->count = GENERIC_RAYS;
@@ -53,8 +53,11 @@ static void generic_gather(generic_packet *p, const ray_stream *rays, const uint
       own->direction[axis][i] = rays->direction[axis][from];
     }
     own->t_min[i] = rays->t_min[from], own->t[i] = rays->t[from];
-    own->u[i] = rays->u[from], own->v[i] = rays->v[from];
-    own->record[i] = rays->record[from], own->skip[i] = rays->skip[from];
+    own->skip[i] = rays->skip[from];
+  }
+  for (uint32_t i = 0; resume && i < count; i++) {
+    const uint32_t from = list[i];
+    own->u[i] = rays->u[from], own->v[i] = rays->v[from], own->record[i] = rays->record[from];
   }
 }
 
@@ -114,8 +117,10 @@ static void generic_frustum(generic_packet *p) {
   generic_deepest(p);
 }
 
-/* The first `count` rays are the packet's, all of `class`. */
-static void generic_prepare(generic_packet *p, uint32_t count, uint32_t class, bool any) {
+/* The first `count` rays are the packet's, all of `class`; without `resume` they have not hit
+ * anything yet. */
+static void generic_prepare(generic_packet *p, uint32_t count, uint32_t class, bool any,
+                            bool resume) {
   const uint32_t low = offsetof(wide_node, low) / sizeof(float);
   const uint32_t high = offsetof(wide_node, high) / sizeof(float);
   p->axis = (int)class / 8;
@@ -125,7 +130,9 @@ static void generic_prepare(generic_packet *p, uint32_t count, uint32_t class, b
     p->near[i] = low + WHITTLE_WIDTH * i + swap, p->far[i] = high + WHITTLE_WIDTH * i - swap;
   }
   p->alive = (uint32_t)((1ull << count) - 1);
-  for (uint32_t i = 0; any && i < count; i++)
+  for (uint32_t i = 0; !resume && i < GENERIC_RAYS; i += V_LANES)
+    v_storeu(p->rays.record + i, v_setu(WHITTLE_NONE));
+  for (uint32_t i = 0; resume && any && i < count; i++)
     p->alive &= ~((uint32_t)(p->rays.record[i] != WHITTLE_NONE) << i);
   for (uint32_t g = 0; g < GENERIC_GROUPS; g++)
     prepare_group(&p->rays, g, &p->prepared[g]);

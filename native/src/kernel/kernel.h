@@ -36,6 +36,13 @@ typedef struct packet_counters {
   uint64_t node_lanes, node_lanes_used, triangle_lanes, triangle_lanes_used;
 } packet_counters;
 
+/* What the packets of a worker have shown of those of the same kind of rays to come. */
+typedef struct packet_memory {
+  uint32_t viewless;     /* rays that go without a view before the next packet is tried */
+  uint32_t doublings;    /* of that number, since a view last paid */
+  uint32_t rays, leaves; /* without a view, lately, and the leaves that each of them visited */
+} packet_memory;
+
 typedef struct trace_context {
   const whittle_scene *scene;
   whittle_mode mode;
@@ -45,6 +52,7 @@ typedef struct trace_context {
   bool count;          /* fill nodes and triangles */
   const struct ray_watch *watch; /* NULL: nothing more is wanted */
   packet_counters *packets;      /* of the lecture mode */
+  packet_memory *memory;         /* of the other */
   uint64_t *own_box_misses;
 } trace_context;
 

@@ -77,6 +77,7 @@ static bool trace_batch(const tile_context *context, tile_worker *w, ray_batch *
                                .count = context->count,
                                .watch = context->watch ? &watch : NULL,
                                .packets = &w->packet_counters,
+                               .memory = &w->packet_memory[kind],
                                .own_box_misses = &w->stats.own_box_misses};
   if (context->log && !log_rays(context, w, batch, kind))
     return false;

@@ -48,7 +48,8 @@ typedef struct packet {
   float away;           /* from that point to where rays begin, at most, on each axis */
   bool looks_negative;  /* the sense in which the view sees along the axis */
   uint32_t alive;       /* lanes not yet blocked, for any-hit rays */
-  uint32_t work;        /* tests of lane groups so far */
+  uint32_t work;        /* tests of lane groups so far, twice */
+  uint32_t leaves;      /* visited with a view */
   uint32_t first;       /* where the rays stand in their stream, */
   const uint32_t *list; /* or if not NULL where each does */
   frustum whole;

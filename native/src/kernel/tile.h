@@ -98,6 +98,7 @@ typedef struct tile_worker {
   packet_share shares[WHITTLE_TILE_PIXELS];
   cost_row cost[WHITTLE_RAY_KINDS]; /* one block, cost[0].instance_nodes, if anyone is charged */
   packet_counters packet_counters;
+  packet_memory packet_memory[WHITTLE_RAY_KINDS];
   whittle_render_stats stats;
   char separate[64]; /* workers share no cache line */
 } tile_worker;

@@ -48,12 +48,17 @@ static inline bool wins_tie(const triangle_store *store, uint32_t record, uint32
 
 #include "kernel/generic.inl"
 
+#include "kernel/generic_few.inl"
+
+#include "kernel/generic_walk.inl"
+
 /* Below this many rays of a class a packet costs more than it saves. */
 #define PACKET_LEAST 4
 #define VIEWLESS_LEAST 16
 /* Dominant axis and octant: rays of a class meet a box's planes in the same order. */
 #define RAY_CLASSES 24
 #define RAY_ALONE RAY_CLASSES /* dead rays, and those that look behind themselves */
+#define RAY_TAKEN (RAY_ALONE + 1)
 
 static inline uint32_t ray_class(const ray_stream *rays, uint32_t i) {
   if (!(rays->t[i] > rays->t_min[i] && rays->t_min[i] >= 0.0f))
@@ -114,27 +119,22 @@ typedef struct ray_group {
   uint32_t first, count, class;
 } ray_group;
 
-/* Packets larger than this are cut in four before their rays go alone. */
-#define PACKET_SMALL 64
-
-/* A packet, and what the ones before it have shown of the rays to come. */
-typedef struct tracer {
-  packet packet;
-  uint32_t viewless;  /* rays that go without a view before the next small packet is tried */
-  uint32_t quartered; /* large packets that are cut in four at once */
-} tracer;
+/* So many packets' rays go without a view after one for which it did not pay; twice as many each
+ * time that the next one tried is of the kind, up to 2^6 times. */
+#define VIEWLESS_FIRST 4
+#define VIEWLESS_DOUBLINGS 6
 
 /* Makes a packet of a group; false if its rays may be of other classes. */
 static bool make_packet(const trace_context *context, const ray_stream *rays, packet *p,
-                        ray_group group, bool any, bool resume) {
+                        ray_group group, bool any) {
   p->axis = (int)group.class / 8;
   for (int axis = 0; axis < 3; axis++)
     p->negative[axis] = group.class >> axis & 1;
   if (group.list)
-    packet_gather(p, rays, group.list, group.count, any, resume);
+    packet_gather(p, rays, group.list, group.count, any, false);
   else
     packet_borrow(p, rays, group.first, group.count);
-  return packet_prepare(p, context->mode == WHITTLE_LECTURE, any, resume);
+  return packet_prepare(p, context->mode == WHITTLE_LECTURE, any, false);
 }
 
 /* Whether these rays may have a view, by the first and the last of them. */
@@ -148,104 +148,155 @@ static bool may_have_view(const ray_stream *rays, ray_group group, bool any) {
   return same || (any && rays->t[a] == rays->t[b] && rays->t[a] <= FLT_MAX);
 }
 
-static void trace_viewless(const trace_context *context, ray_stream *rays, ray_group group,
-                           bool any, bool resume) {
-  trace_generic(context, rays, group.list, group.first, group.count, group.class, any, resume);
+/* Neighbours will hardly do better or worse than a packet did, unless it was a rest of few rays. */
+static void remember(packet_memory *memory, const packet *p, bool done, bool any) {
+  const float rays = (float)p->count;
+  const bool hard = any ? (float)p->work > WORK_WORTH_A_VIEW * rays
+                        : (float)p->leaves > LEAVES_WORTH_A_VIEW * leaves_alone(memory) * rays;
+  if (done && !hard) {
+    memory->doublings = 0;
+    return;
+  }
+  memory->viewless = (VIEWLESS_FIRST * p->count) << memory->doublings;
+  memory->doublings += memory->doublings < VIEWLESS_DOUBLINGS;
 }
 
-static void trace_class(const trace_context *context, ray_stream *rays, tracer *t, ray_group group,
-                        bool any, bool resume);
+/* Rays of one class without a view; with `resume` they go on from what they have hit. */
+static void trace_generic(const trace_context *context, ray_stream *rays, ray_group group, bool any,
+                          bool resume) {
+  generic_jobs jobs;
+  jobs.count = 0;
+  generic_add(&jobs, group.list, group.first, group.count, group.class);
+  generic_trace(context, rays, &jobs, any, resume);
+}
 
-/* The packet that was made of a group; if that has too little in common, its quarters, and at last
- * smaller ones that need no view, from where it was given up. Neighbours will hardly do better. */
-static void trace_made(const trace_context *context, ray_stream *rays, tracer *t, ray_group group,
+/* The packet that was made of a group; if that has too little in common, smaller ones that need no
+ * view, from where it was given up. */
+static void trace_made(const trace_context *context, ray_stream *rays, packet *p, ray_group group,
                        bool any) {
-  const bool done = traverse(context, &t->packet, any);
+  const bool done = traverse(context, p, any);
   if (group.list)
-    packet_scatter(&t->packet, rays, any);
-  if (done)
-    return;
-  if (group.count <= PACKET_SMALL || t->packet.view == NO_VIEW) {
-    t->viewless = 3 * group.count;
-    trace_viewless(context, rays, group, any, true);
-    return;
-  }
-  t->quartered = 3;
-  const uint32_t step = (group.count / 4 + V_LANES - 1) / V_LANES * V_LANES;
-  for (uint32_t at = 0; at < group.count; at += step) {
-    ray_group part = group;
-    part.list = group.list ? group.list + at : NULL, part.first += at;
-    part.count = group.count - at < step ? group.count - at : step;
-    trace_class(context, rays, t, part, any, true);
-  }
+    packet_scatter(p, rays, any);
+  if (p->view != NO_VIEW && p->count > PACKET_SMALL)
+    remember(context->memory, p, done, any);
+  if (!done)
+    trace_generic(context, rays, group, any, true);
 }
 
 /* Rays that are known to be of one class. */
-static void trace_class(const trace_context *context, ray_stream *rays, tracer *t, ray_group group,
-                        bool any, bool resume) {
+static void trace_class(const trace_context *context, ray_stream *rays, packet *p, ray_group group,
+                        bool any) {
   if (context->mode != WHITTLE_LECTURE && !may_have_view(rays, group, any)) {
-    trace_viewless(context, rays, group, any, resume);
+    trace_generic(context, rays, group, any, false);
     return;
   }
-  make_packet(context, rays, &t->packet, group, any, resume);
-  trace_made(context, rays, t, group, any);
+  make_packet(context, rays, p, group, any);
+  trace_made(context, rays, p, group, any);
 }
 
-/* Rays of several classes, or that share lanes with others: a packet for each class; without
- * `views` one that needs none. */
-static void trace_mixed(const trace_context *context, ray_stream *rays, tracer *t, uint32_t first,
-                        uint32_t count, bool any, bool views) {
-  const bool lecture = context->mode == WHITTLE_LECTURE;
-  const uint32_t least = lecture ? 1 : views ? PACKET_LEAST : VIEWLESS_LEAST;
-  const uint32_t before = first % V_LANES;
-  uint32_t classes[WHITTLE_MAX_PACKET + 2 * V_LANES], list[WHITTLE_MAX_PACKET];
-  uint32_t begin[RAY_CLASSES + 3] = {0};
-  for (uint32_t i = 0; i < before + count; i += V_LANES)
-    v_storeu(classes + i, lane_classes(rays, first - before + i));
+/* Rays by class, and where each class begins. */
+typedef struct sorted_rays {
+  uint32_t class[WHITTLE_MAX_PACKET + 2 * V_LANES];
+  uint32_t list[WHITTLE_MAX_PACKET], begin[RAY_TAKEN + 3];
+} sorted_rays;
+
+static void find_classes(sorted_rays *sorted, const ray_stream *rays, uint32_t first,
+                         uint32_t count) {
+  for (uint32_t i = 0; i < first % V_LANES + count; i += V_LANES)
+    v_storeu(sorted->class + i, lane_classes(rays, first - first % V_LANES + i));
+}
+
+/* Packets of rays that stand next to each other, which need not be sorted. */
+static void take_runs(sorted_rays *sorted, uint32_t first, uint32_t count, generic_jobs *jobs) {
+  if (first % V_LANES != 0)
+    return;
+  for (uint32_t at = 0; at + GENERIC_RAYS <= count; at += GENERIC_RAYS) {
+    const uint32_t class = sorted->class[at];
+    v_uint differs = v_setu(0);
+    for (uint32_t i = 0; i < GENERIC_RAYS; i += V_LANES)
+      differs = differs | (v_loadu(sorted->class + at + i) ^ v_setu(class));
+    if (class == RAY_ALONE || v_bits(v_equ(differs, v_setu(0))) != (1ull << V_LANES) - 1)
+      continue;
+    generic_add(jobs, NULL, first + at, GENERIC_RAYS, class);
+    for (uint32_t i = 0; i < GENERIC_RAYS; i += V_LANES)
+      v_storeu(sorted->class + at + i, v_setu(RAY_TAKEN));
+  }
+}
+
+static void sort_classes(sorted_rays *sorted, uint32_t first, uint32_t count) {
+  const uint32_t *class = sorted->class + first % V_LANES;
+  uint32_t *begin = sorted->begin;
+  memset(begin, 0, sizeof sorted->begin);
   for (uint32_t i = 0; i < count; i++)
-    begin[classes[before + i] + 2]++;
-  for (uint32_t c = 2; c < RAY_CLASSES + 3; c++)
+    begin[class[i] + 2]++;
+  for (uint32_t c = 2; c < RAY_TAKEN + 3; c++)
     begin[c] += begin[c - 1];
   for (uint32_t i = 0; i < count; i++)
-    list[begin[classes[before + i] + 1]++] = first + i;
-  for (uint32_t c = 0; c <= RAY_CLASSES; c++) {
-    const ray_group group = {list + begin[c], 0, begin[c + 1] - begin[c], c};
-    if (group.count == 0)
-      continue;
-    if (c == RAY_ALONE || group.count < least)
-      trace_alone(context, rays, group.list, 0, group.count, any);
-    else if (views)
-      trace_class(context, rays, t, group, any, false);
-    else
-      trace_viewless(context, rays, group, any, false);
+    sorted->list[begin[class[i] + 1]++] = first + i;
+}
+
+/* Rays of several classes, or that share lanes with others: packets for each class. */
+static void trace_mixed(const trace_context *context, ray_stream *rays, packet *p, uint32_t first,
+                        uint32_t count, bool any) {
+  const uint32_t least = context->mode == WHITTLE_LECTURE ? 1 : PACKET_LEAST;
+  sorted_rays sorted;
+  find_classes(&sorted, rays, first, count);
+  sort_classes(&sorted, first, count);
+  for (uint32_t c = 0; c <= RAY_ALONE; c++) {
+    const uint32_t begin = sorted.begin[c], here = sorted.begin[c + 1] - begin;
+    const ray_group group = {sorted.list + begin, 0, here, c};
+    if (here > 0 && (c == RAY_ALONE || here < least))
+      trace_alone(context, rays, group.list, 0, here, any);
+    else if (here > 0)
+      trace_class(context, rays, p, group, any);
   }
 }
 
-static void trace_packet(const trace_context *context, ray_stream *rays, tracer *t, uint32_t first,
+/* Rays of any classes in packets without a view. */
+static void trace_viewless(const trace_context *context, ray_stream *rays, uint32_t first,
+                           uint32_t count, bool any) {
+  generic_jobs jobs;
+  jobs.count = 0;
+  sorted_rays sorted;
+  find_classes(&sorted, rays, first, count);
+  take_runs(&sorted, first, count, &jobs);
+  if (jobs.count * GENERIC_RAYS < count) {
+    sort_classes(&sorted, first, count);
+    for (uint32_t c = 0; c <= RAY_ALONE; c++) {
+      const uint32_t *list = sorted.list + sorted.begin[c];
+      const uint32_t here = sorted.begin[c + 1] - sorted.begin[c];
+      if (c == RAY_ALONE || here < VIEWLESS_LEAST)
+        trace_alone(context, rays, list, 0, here, any);
+      else
+        generic_add(&jobs, list, 0, here, c);
+    }
+  }
+  generic_trace(context, rays, &jobs, any, false);
+}
+
+static void trace_packet(const trace_context *context, ray_stream *rays, packet *p, uint32_t first,
                          uint32_t count, bool any) {
   const bool lecture = context->mode == WHITTLE_LECTURE;
-  const bool large = count > PACKET_SMALL && !lecture;
   const uint32_t class = ray_class(rays, first);
   const ray_group all = {NULL, first, count, class};
-  if (!lecture && ((!large && t->viewless > 0) || !may_have_view(rays, all, any))) {
-    t->viewless -= count < t->viewless ? count : t->viewless;
-    trace_mixed(context, rays, t, first, count, any, false);
+  packet_memory *memory = context->memory;
+  if (!lecture && (memory->viewless > 0 || !may_have_view(rays, all, any))) {
+    memory->viewless -= count < memory->viewless ? count : memory->viewless;
+    trace_viewless(context, rays, first, count, any);
     return;
   }
-  const bool cut = large && t->quartered > 0;
-  if (!cut && class != RAY_ALONE && (count >= PACKET_LEAST || lecture) &&
-      fills_groups(rays, first, count) && make_packet(context, rays, &t->packet, all, any, false)) {
-    trace_made(context, rays, t, all, any);
+  if (class != RAY_ALONE && (count >= PACKET_LEAST || lecture) &&
+      fills_groups(rays, first, count) && make_packet(context, rays, p, all, any)) {
+    trace_made(context, rays, p, all, any);
     return;
   }
-  if (!large) {
-    trace_mixed(context, rays, t, first, count, any, true);
+  if (count <= PACKET_SMALL || lecture) {
+    trace_mixed(context, rays, p, first, count, any);
     return;
   }
-  t->quartered -= cut;
   const uint32_t step = (count / 4 + V_LANES - 1) / V_LANES * V_LANES;
   for (uint32_t at = 0; at < count; at += step)
-    trace_packet(context, rays, t, first + at, count - at < step ? count - at : step, any);
+    trace_packet(context, rays, p, first + at, count - at < step ? count - at : step, any);
 }
 
 static void trace_stream(const trace_context *context, ray_stream *rays, bool any) {
@@ -260,11 +311,10 @@ static void trace_stream(const trace_context *context, ray_stream *rays, bool an
   } else if (context->mode == WHITTLE_SINGLE || context->packet <= 1) {
     trace_alone(context, rays, NULL, 0, rays->count, any);
   } else {
-    tracer t;
-    t.viewless = t.quartered = 0;
+    packet p;
     for (uint32_t first = 0; first < rays->count; first += context->packet) {
       const uint32_t left = rays->count - first;
-      trace_packet(context, rays, &t, first, left < context->packet ? left : context->packet, any);
+      trace_packet(context, rays, &p, first, left < context->packet ? left : context->packet, any);
     }
   }
 }

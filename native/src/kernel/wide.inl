@@ -9,9 +9,23 @@
 #define WIDE_LANES (V_LANES < WHITTLE_WIDTH ? V_LANES : WHITTLE_WIDTH)
 #define WIDE_STACK (WHITTLE_STACK * (WHITTLE_WIDTH - 1))
 
-/* Tests of lane groups that a packet may spend for each of its rays: about what half of the rays
- * would cost alone. Beyond that its rays have too little in common. */
+/* What a packet may cost for each of its rays: tests of lane groups, counted twice, and, to find
+ * nearest hits, visits to leaves, in those that a ray alone would visit. Beyond that its rays have
+ * too little in common; and from less on packets without a view are as fast. */
 #define WORK_PER_RAY 24
+#define LEAVES_PER_LEAF 2
+#define WORK_PER_BLOCKED_RAY 16
+#define WORK_WORTH_A_VIEW 12
+#define LEAVES_WORTH_A_VIEW 1
+
+/* Larger packets of several classes are cut in four, and only what larger ones cost tells of those
+ * to come. */
+#define PACKET_SMALL 64
+
+/* How many leaves a ray visits that shares nothing: at least 1, until more is known. */
+static inline float leaves_alone(const packet_memory *memory) {
+  return memory->leaves > memory->rays ? (float)memory->leaves / (float)memory->rays : 1.0f;
+}
 
 typedef struct wide_entry {
   wide_child child;
@@ -87,6 +101,18 @@ static inline point_frustum wide_planes(const packet *p) {
   return point_frustum_of(&p->whole, p->point, p->spread, p->order, p->looks_negative, low, high);
 }
 
+/* The children that are to lie below child i on a stack, the farthest first: those that begin
+ * behind it, or with it and come before it in the node. */
+static inline uint32_t wide_deeper(const float front[], uint32_t i) {
+  const v_float own = v_set(front[i]);
+  uint32_t deeper = 0, even = 0;
+  for (uint32_t k = 0; k < WHITTLE_WIDTH; k += WIDE_LANES) {
+    deeper |= v_bits(v_lt(own, v_load(front + k))) << k;
+    even |= v_bits(v_eq(own, v_load(front + k))) << k;
+  }
+  return deeper | (even & ((1u << i) - 1));
+}
+
 /* Pushes the children in `reach`, the farthest first: each goes to where its rank is, so that
  * nothing is to be foreseen but their number. */
 static inline uint32_t wide_push_ranked(const whittle_scene *scene, const wide_node *node,
@@ -94,13 +120,7 @@ static inline uint32_t wide_push_ranked(const whittle_scene *scene, const wide_n
                                         uint32_t height) {
   for (uint32_t rest = reach; rest; rest &= rest - 1) {
     const uint32_t i = (uint32_t)__builtin_ctz(rest);
-    const v_float own = v_set(front[i]);
-    uint32_t deeper = 0, even = 0;
-    for (uint32_t k = 0; k < WHITTLE_WIDTH; k += WIDE_LANES) {
-      deeper |= v_bits(v_lt(own, v_load(front + k))) << k;
-      even |= v_bits(v_eq(own, v_load(front + k))) << k;
-    }
-    const uint32_t below = (deeper | (even & ((1u << i) - 1))) & reach;
+    const uint32_t below = wide_deeper(front, i) & reach;
     wide_prefetch(scene, node->child[i]);
     stack[height + (uint32_t)__builtin_popcount(below)] = (wide_entry){node->child[i], front[i]};
   }
@@ -127,14 +147,22 @@ packet_descend(const trace_context *context, packet *p, const bool any, const pa
   passed_pair passed[MOST_PAIRS];
   uint32_t height = 1;
   const point_frustum planes = wide_planes(p);
+  const float alone = any ? 1.0f : leaves_alone(context->memory), rays = (float)p->count;
+  const float work = any ? WORK_PER_BLOCKED_RAY : WORK_PER_RAY * alone;
+  const uint32_t most_work = (uint32_t)s_min(work * rays, 0x1p30f);
+  const bool counted = !any && p->count > PACKET_SMALL;
+  const uint32_t most_leaves =
+      counted ? (uint32_t)s_min(LEAVES_PER_LEAF * alone * rays, 0x1p30f) : UINT32_MAX;
+  p->leaves = 0;
   stack[0] = (wide_entry){.child = {0, WIDE_NODE}};
   while (height > 0 && p->alive > 0) {
     const wide_entry entry = stack[--height];
     if (entry.front > p->whole.deepest)
       continue;
-    if (p->work > WORK_PER_RAY * p->count)
+    if (p->work > most_work || p->leaves > most_leaves)
       return false;
     if (wide_is_leaf(entry.child)) {
+      p->leaves++;
       wide_leaf(context, p, entry.child.first, entry.child.count, passed, any, from);
       continue;
     }

@@ -97,12 +97,14 @@ static void work(void *context, uint32_t worker, whittle_run_state *state) {
   (void)worker, (void)state;
   trace_run *run = context;
   uint64_t own_box_misses = 0;
+  packet_memory memory = {0};
   trace_context trace = {.scene = run->scene,
                          .mode = WHITTLE_FAST,
                          .packet = run->packet,
                          .visibility = run->visibility,
                          .masked = run->masked,
                          .count = run->count,
+                         .memory = &memory,
                          .own_box_misses = &own_box_misses};
   ray_chunk chunk;
   chunk_results results;
