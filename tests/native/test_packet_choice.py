@@ -62,3 +62,32 @@ def test_hits_are_those_of_single_rays(name: str) -> None:
         for key, values in hits.items():
             np.testing.assert_array_equal(values, single[key][:count], err_msg=key)
         np.testing.assert_array_equal(scene.occluded(*few), blocked[:count])
+
+
+@pytest.mark.parametrize("cells", [300, 1050])
+def test_hits_are_those_of_single_rays_where_a_pixel_holds_many_triangles(cells: int) -> None:
+    """1050 cells are more triangles than the core takes for a scene that caches hold."""
+    scene = scene_of(meshes.terrain(cells))
+    scene.build(lean=True)
+    low, high = meshes.terrain(2)[0].min(axis=0), meshes.terrain(2)[0].max(axis=0)
+    eye, light = (low + high) / 2 + [0, 0, 2.0], np.array([*high[:2], 3.0])
+    x, y = np.meshgrid(np.linspace(low[0], high[0], 64), np.linspace(low[1], high[1], 64))
+    order = np.arange(64 * 64).reshape(16, 4, 16, 4).swapaxes(1, 2).ravel()
+    ground = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)[order]
+    eyes = np.broadcast_to(eye, ground.shape)
+    single, hits = (scene.intersect(eyes, ground - eye, packet=n) for n in (1, 0))
+    assert np.isfinite(single["t"]).mean() > 0.5
+    for key, values in hits.items():
+        np.testing.assert_array_equal(values, single[key], err_msg=key)
+    points = eye + 0.999 * np.where(np.isfinite(hits["t"]), hits["t"], 0)[:, None] * (ground - eye)
+    for direction, end in ((light - points, 1.0), ((ground - eye) * [1, 1, -1], np.inf)):
+        alone, together = (
+            (
+                scene.occluded(points, direction, t_max=end, packet=n),
+                scene.intersect(points, direction, t_max=end, packet=n),
+            )
+            for n in (1, 0)
+        )
+        np.testing.assert_array_equal(together[0], alone[0])
+        for key, values in together[1].items():
+            np.testing.assert_array_equal(values, alone[1][key], err_msg=key)
