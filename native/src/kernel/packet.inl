@@ -81,9 +81,8 @@ static void packet_borrow(packet *p, const ray_stream *rays, uint32_t first, uin
   p->record = rays->record + first, p->skip = rays->skip + first;
 }
 
-/* Takes copies of the rays of a list; with `resume` also of what they have hit. */
-static void packet_gather(packet *p, const ray_stream *rays, const uint32_t *list, uint32_t count,
-                          bool any, bool resume) {
+/* Takes copies of the rays of a list. */
+static void packet_gather(packet *p, const ray_stream *rays, const uint32_t *list, uint32_t count) {
   packet_room *room = &p->room;
   p->count = count, p->list = list, p->one_origin = rays->one_origin;
   for (int axis = 0; axis < 3; axis++)
@@ -97,11 +96,6 @@ static void packet_gather(packet *p, const ray_stream *rays, const uint32_t *lis
       p->direction[axis][i] = rays->direction[axis][from];
     }
     p->t_min[i] = rays->t_min[from], p->t[i] = rays->t[from], p->skip[i] = rays->skip[from];
-    if (!resume)
-      continue;
-    p->u[i] = rays->u[from], p->v[i] = rays->v[from], p->record[i] = rays->record[from];
-    if (any && p->record[i] != WHITTLE_NONE)
-      p->t[i] = -__builtin_inff();
   }
 }
 

@@ -221,13 +221,11 @@ static void finish_weights(packet *p) {
 
 /* Derives what the tests need of each ray, and the frustums. False if the rays may not all be of
  * the packet's class: then it is not to be traced, unless they are known to be. */
-static bool packet_prepare(packet *p, bool lecture, bool any, bool resume) {
+static bool packet_prepare(packet *p, bool lecture, bool any) {
   packet_pad(p);
   p->alive = p->count;
-  for (uint32_t at = 0; !resume && at < p->count; at += V_LANES)
+  for (uint32_t at = 0; at < p->count; at += V_LANES)
     v_storeu(&p->record[at], v_setu(WHITTLE_NONE));
-  for (uint32_t i = 0; resume && any && i < p->count; i++)
-    p->alive -= p->record[i] != WHITTLE_NONE;
   p->work = 0, p->has_inverse = p->centers.made = false;
   for (int k = 0, axis = p->axis; k < 3; k++)
     p->order[k] = axis = v_next_axis[axis];

@@ -131,10 +131,10 @@ static bool make_packet(const trace_context *context, const ray_stream *rays, pa
   for (int axis = 0; axis < 3; axis++)
     p->negative[axis] = group.class >> axis & 1;
   if (group.list)
-    packet_gather(p, rays, group.list, group.count, any, false);
+    packet_gather(p, rays, group.list, group.count);
   else
     packet_borrow(p, rays, group.first, group.count);
-  return packet_prepare(p, context->mode == WHITTLE_LECTURE, any, false);
+  return packet_prepare(p, context->mode == WHITTLE_LECTURE, any);
 }
 
 /* Whether these rays may have a view, by the first and the last of them. */
